@@ -4,5 +4,21 @@
 //! `docs/ARCHITECTURE.md` for the integral that every renderer approximates.
 #![forbid(unsafe_code)]
 
+pub mod analytic;
+pub mod camera;
+pub mod compositing;
+pub mod cubic;
+pub mod field;
+pub mod histogram;
+pub mod image;
+pub mod lighting;
+pub mod occupancy;
+pub mod reference;
+pub mod scene;
+pub mod segment;
 pub mod space;
+pub mod transfer_function;
+pub mod value_ranges;
 pub mod volume;
+
+pub use glam;

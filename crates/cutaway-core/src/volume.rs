@@ -300,7 +300,7 @@ impl Volume {
     ) -> Result<Self, VolumeError> {
         let expected = voxel_count(dimensions)?;
         let size = voxel_type.bytes();
-        if bytes.len() / size != expected || bytes.len() % size != 0 {
+        if bytes.len() / size != expected || !bytes.len().is_multiple_of(size) {
             return Err(VolumeError::VoxelCount { dimensions, expected, found: bytes.len() / size });
         }
         let native = if cfg!(target_endian = "little") { Endian::Little } else { Endian::Big };
@@ -483,7 +483,7 @@ impl Stored {
     fn exact(voxels: Voxels, offset: f64) -> Self {
         let range = with_voxels!(&voxels, v => {
             let (lo, hi) = minmax(v);
-            [lo as f32, hi as f32]
+            [lo.to_f64() as f32, hi.to_f64() as f32]
         });
         Self { voxels, offset, range, replaced: 0 }
     }

@@ -1,0 +1,420 @@
+//! A scene: everything that decides an image, and its form in a file.
+//!
+//! [`Scene`] is what renderers take: a volume in memory and settings that have been checked. [`SceneFile`] is what a
+//! JSON file says; paths in it are relative to the file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Camera, CameraError};
+use crate::lighting::Lighting;
+use crate::transfer_function::{ControlPoint, TransferFunction};
+use crate::volume::Volume;
+
+/// What a ray makes of the values along it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Emission and absorption, front to back.
+    #[default]
+    Composite,
+    /// Surfaces of constant value (`iso`).
+    Iso,
+    /// Maximum of the value, then classified.
+    Mip,
+    /// Minimum of the value, then classified.
+    Minip,
+    /// Mean of the value over the kept length, then classified.
+    Mean,
+}
+
+impl Mode {
+    /// Every mode.
+    pub const ALL: [Self; 5] = [Self::Composite, Self::Iso, Self::Mip, Self::Minip, Self::Mean];
+
+    /// The name at the command line and in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Composite => "composite",
+            Self::Iso => "iso",
+            Self::Mip => "mip",
+            Self::Minip => "minip",
+            Self::Mean => "mean",
+        }
+    }
+}
+
+/// Which renderer makes the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    /// The best one here.
+    #[default]
+    Auto,
+    /// The CPU ray caster.
+    Cpu,
+    /// The slow, exact renderer that the others are held against.
+    Reference,
+}
+
+impl Engine {
+    /// The name at the command line and in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Cpu => "cpu",
+            Self::Reference => "reference",
+        }
+    }
+}
+
+/// How empty space is skipped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpaceSkipping {
+    /// Every sample inside the volume is taken.
+    Off,
+    /// Blocks that cannot be visible are crossed without a sample.
+    #[default]
+    Auto,
+}
+
+/// How an image is made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RenderSettings {
+    /// What a ray makes of the values along it.
+    pub mode: Mode,
+    /// Isovalues, in the volume's units; `iso` mode needs at least one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub iso: Vec<f64>,
+    /// Opacity of isosurfaces, above 0 and at most 1.
+    pub iso_opacity: f64,
+    /// Distance of samples in units of the smallest voxel spacing; above 0.
+    pub step: f64,
+    /// Which renderer makes the image.
+    pub engine: Engine,
+    /// Width and height of the image in pixels.
+    pub resolution: [u32; 2],
+    /// Accumulated opacity at which a ray ends, above 0 and at most 1.
+    pub early_termination: f64,
+    /// How empty space is skipped.
+    pub space_skipping: SpaceSkipping,
+    /// Factor of every opacity, 0 or more.
+    pub brightness: f64,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            mode: Mode::default(),
+            iso: Vec::new(),
+            iso_opacity: 1.0,
+            step: 0.5,
+            engine: Engine::default(),
+            resolution: [512, 512],
+            early_termination: 0.999,
+            space_skipping: SpaceSkipping::default(),
+            brightness: 1.0,
+        }
+    }
+}
+
+/// Why a scene cannot be rendered.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// A setting outside its range.
+    #[error("{field} is {found}; expected {expected}")]
+    Setting {
+        /// Which setting, as in a scene file.
+        field: &'static str,
+        /// What it is.
+        found: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// The camera shows nothing.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// The volume's box has no inside.
+    #[error("the volume has {dimensions:?} voxels; rendering needs at least 2 along each axis")]
+    Flat {
+        /// Voxels along x, y, z.
+        dimensions: [u32; 3],
+    },
+}
+
+/// The largest number of pixels along a side of an image, and the largest number of pixels altogether.
+pub const MAX_RESOLUTION: (u32, u64) = (32_768, 1 << 28);
+
+/// A volume and how to look at it.
+#[derive(Clone, Debug)]
+pub struct Scene<'a> {
+    volume: &'a Volume,
+    transfer_function: TransferFunction,
+    unit_distance: f64,
+    camera: Camera,
+    lighting: Lighting,
+    settings: RenderSettings,
+}
+
+impl<'a> Scene<'a> {
+    /// Checks every number, so that renderers need not. `unit_distance` (world length that the transfer function's
+    /// opacities are for) defaults to the mean voxel spacing.
+    pub fn new(
+        volume: &'a Volume,
+        transfer_function: &TransferFunction,
+        unit_distance: Option<f64>,
+        camera: Camera,
+        lighting: Lighting,
+        settings: RenderSettings,
+    ) -> Result<Self, SceneError> {
+        let unit_distance = unit_distance.unwrap_or_else(|| default_unit_distance(volume));
+        if volume.dimensions().min_element() < 2 {
+            return Err(SceneError::Flat { dimensions: volume.dimensions().to_array() });
+        }
+        positive("unit_distance", unit_distance)?;
+        camera.validate()?;
+        validate_lighting(&lighting)?;
+        validate_settings(&settings)?;
+        let transfer_function = transfer_function.with_brightness(settings.brightness);
+        Ok(Self { volume, transfer_function, unit_distance, camera, lighting, settings })
+    }
+
+    /// The volume.
+    pub fn volume(&self) -> &'a Volume {
+        self.volume
+    }
+
+    /// The transfer function, brightness already applied.
+    pub fn transfer_function(&self) -> &TransferFunction {
+        &self.transfer_function
+    }
+
+    /// The world length that opacities are for.
+    pub fn unit_distance(&self) -> f64 {
+        self.unit_distance
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Another camera on the same scene.
+    pub fn set_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
+        camera.validate()?;
+        self.camera = camera;
+        Ok(())
+    }
+
+    /// Light and material.
+    pub fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
+    /// How the image is made.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// Distance of samples along a ray, in world units.
+    pub fn step_length(&self) -> f64 {
+        self.settings.step * self.volume.spacing().min_element()
+    }
+
+    /// Width and height of the image.
+    pub fn resolution(&self) -> (u32, u32) {
+        (self.settings.resolution[0], self.settings.resolution[1])
+    }
+
+    /// Whether composite samples or surfaces are lit.
+    pub fn is_shaded(&self) -> bool {
+        self.lighting.shade && matches!(self.settings.mode, Mode::Composite | Mode::Iso)
+    }
+}
+
+/// The unit distance that a scene has unless it says otherwise: the mean voxel spacing, in world units.
+pub fn default_unit_distance(volume: &Volume) -> f64 {
+    volume.spacing().element_sum() / 3.0
+}
+
+fn setting(field: &'static str, found: impl ToString, expected: &'static str) -> SceneError {
+    SceneError::Setting { field, found: found.to_string(), expected }
+}
+
+fn positive(field: &'static str, found: f64) -> Result<(), SceneError> {
+    if found > 0.0 && found.is_finite() { Ok(()) } else { Err(setting(field, found, "a number above 0")) }
+}
+
+fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
+    positive("step", s.step)?;
+    if s.step < 1e-3 {
+        return Err(setting("step", s.step, "at least 0.001 (a thousand samples a voxel)"));
+    }
+    let [width, height] = s.resolution;
+    let (side, pixels) = MAX_RESOLUTION;
+    let fits =
+        width.min(height) > 0 && width.max(height) <= side && u64::from(width) * u64::from(height) <= pixels;
+    if !fits {
+        let expected = "1 to 32768 pixels a side and at most 268435456 altogether";
+        return Err(setting("resolution", format!("{width} x {height}"), expected));
+    }
+    let share = |v: f64| v > 0.0 && v <= 1.0;
+    if !share(s.early_termination) {
+        return Err(setting("early_termination", s.early_termination, "more than 0 and at most 1"));
+    }
+    if !share(s.iso_opacity) {
+        return Err(setting("iso_opacity", s.iso_opacity, "more than 0 and at most 1"));
+    }
+    if !(s.brightness >= 0.0 && s.brightness.is_finite()) {
+        return Err(setting("brightness", s.brightness, "a number of 0 or more"));
+    }
+    if s.mode == Mode::Iso && s.iso.is_empty() {
+        return Err(setting("iso", "missing", "at least one isovalue in iso mode"));
+    }
+    match s.iso.iter().find(|v| !v.is_finite()) {
+        Some(v) => Err(setting("iso", v, "finite numbers")),
+        None => Ok(()),
+    }
+}
+
+fn validate_lighting(l: &Lighting) -> Result<(), SceneError> {
+    let factors = [
+        ("ambient", l.ambient),
+        ("diffuse", l.diffuse),
+        ("specular", l.specular),
+        ("specular_power", l.specular_power),
+    ];
+    for (field, v) in factors {
+        if !(v >= 0.0 && v.is_finite()) {
+            return Err(setting(field, v, "a number of 0 or more"));
+        }
+    }
+    positive("wrap_power", l.wrap_power)?;
+    match l.light {
+        Some(d) if !d.iter().all(|x| x.is_finite()) || d.iter().all(|x| *x == 0.0) => {
+            Err(setting("light", format!("{d:?}"), "a direction towards the light, not zero"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A transfer function in a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TransferFunctionFile {
+    /// The world length that the opacities are for; the mean voxel spacing unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit_distance: Option<f64>,
+    /// The points; values must not decrease.
+    pub points: Vec<ControlPoint>,
+}
+
+/// Where a scene file finds its volume.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum VolumeSource {
+    /// A path, relative to the scene file, or `sample:NAME`.
+    Path(String),
+    /// A raw file with what its name does not tell.
+    Described(RawVolumeSource),
+}
+
+/// A volume file with a description of its bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RawVolumeSource {
+    /// Path, relative to the scene file.
+    pub path: String,
+    /// World units a voxel along x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<[f64; 3]>,
+    /// Voxels along x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dims: Option<[u32; 3]>,
+    /// `uint8`, `int16`, `float32`, ...
+    #[serde(default, rename = "type", skip_serializing_if = "Option::is_none")]
+    pub voxel_type: Option<String>,
+    /// Whether the most significant byte comes first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub big_endian: Option<bool>,
+    /// Bytes before the first voxel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub header_bytes: Option<u64>,
+}
+
+/// A scene as a JSON file holds it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// The volume.
+    pub volume: VolumeSource,
+    /// What values look like; made from the volume's histogram unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transfer_function: Option<TransferFunctionFile>,
+    /// Where it is seen from; a view that frames the volume unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Camera>,
+    /// Light and material.
+    #[serde(default)]
+    pub lighting: Lighting,
+    /// How the image is made.
+    #[serde(default)]
+    pub render: RenderSettings,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXAMPLE: &str = r#"{
+        "volume": "engine_256x256x128_uint8.raw",
+        "transfer_function": { "unit_distance": 1.0, "points": [
+            { "value": 80, "color": [0.9, 0.7, 0.5], "opacity": 0.0 },
+            { "value": 200, "color": [1, 1, 1], "opacity": 0.4 } ] },
+        "camera": { "position": [0, -600, 120], "focal_point": [127.5, 127.5, 63.5], "view_up": [0, 0, 1], "view_angle": 30 },
+        "lighting": { "shade": true, "ambient": 0.1, "diffuse": 0.9, "specular": 0.2, "specular_power": 10, "diffuse_curve": "two-sided" },
+        "render": { "mode": "composite", "step": 0.5, "engine": "cpu", "resolution": [512, 512] }
+    }"#;
+
+    #[test]
+    fn the_documented_scene_is_read_and_written_without_loss() {
+        let scene: SceneFile = serde_json::from_str(EXAMPLE).unwrap();
+        assert_eq!(scene.render.engine, Engine::Cpu);
+        let again: SceneFile = serde_json::from_str(&serde_json::to_string(&scene).unwrap()).unwrap();
+        assert_eq!(scene, again);
+    }
+
+    #[test]
+    fn a_raw_volume_can_be_described() {
+        let text =
+            r#"{ "volume": { "path": "a.bin", "dims": [2, 3, 4], "type": "int16", "big_endian": true } }"#;
+        let scene: SceneFile = serde_json::from_str(text).unwrap();
+        let VolumeSource::Described(raw) = scene.volume else { panic!("not described") };
+        assert_eq!((raw.dims, raw.voxel_type.as_deref()), (Some([2, 3, 4]), Some("int16")));
+    }
+
+    #[test]
+    fn what_does_not_exist_is_refused_by_name() {
+        let error = serde_json::from_str::<SceneFile>(r#"{ "volume": "a", "clip": {} }"#).unwrap_err();
+        assert!(error.to_string().contains("`clip`"), "{error}");
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let wrong = [
+            RenderSettings { step: 0.0, ..Default::default() },
+            RenderSettings { step: f64::NAN, ..Default::default() },
+            RenderSettings { resolution: [0, 5], ..Default::default() },
+            RenderSettings { resolution: [32_768, 32_768], ..Default::default() },
+            RenderSettings { early_termination: 1.1, ..Default::default() },
+            RenderSettings { mode: Mode::Iso, ..Default::default() },
+        ];
+        for s in wrong {
+            assert!(validate_settings(&s).is_err(), "{s:?}");
+        }
+        assert!(validate_settings(&RenderSettings::default()).is_ok());
+    }
+}
