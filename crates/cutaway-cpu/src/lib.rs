@@ -1,1 +1,28 @@
-//! Placeholder.
+//! The CPU ray caster: the engine that every machine has.
+//!
+//! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`] with depth, and [`Statistics`].
+//!
+//! The integral of the design is approximated by the midpoint rule: along each ray the volume's box is cut into steps
+//! of the scene's step length, the last one shorter, and each step takes the field at its middle. Which steps are taken
+//! is decided by occupancy and by early termination alone; where they lie is not, so that skipping empty space does
+//! not change a pixel.
+//!
+//! Lifetimes: [`CpuRenderer`] (threads, instruction set; once) → [`CpuVolume`] (value ranges; once a volume) →
+//! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame).
+//!
+//! Inside: the image is cut into tiles ([`tiles`]), a tile into packets of neighbouring pixels, one pixel a SIMD lane
+//! ([`packet`]); a packet is cast by one of three kernels ([`cast`]) that share one field sampler ([`sample`]).
+#![forbid(unsafe_code)]
+
+mod cast;
+mod classification;
+mod packet;
+mod renderer;
+mod sample;
+mod simd;
+mod tiles;
+
+pub use classification::Classification;
+pub use cutaway_core::image::Image;
+pub use renderer::{CpuError, CpuRenderer, CpuVolume, Statistics};
+pub use simd::{SimdChoice, UnsupportedSimd};

@@ -1,0 +1,173 @@
+//! Emission and absorption, front to back.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
+
+use super::{Kernel, pixel_of_lane};
+use crate::packet::{Packet, Runs};
+use crate::sample::{Grid, LaneVoxel};
+use crate::tiles::{Frame, Tile};
+
+/// What a packet has accumulated.
+struct Accumulated<S: Simd> {
+    /// Premultiplied.
+    color: [S::f32s; 3],
+    transmittance: S::f32s,
+    /// Where the opacity passes one half, in steps.
+    depth: S::f32s,
+}
+
+/// Samples after which a stretch is left if every lane is opaque.
+const CHECK_EVERY: u32 = 4;
+
+#[inline(always)]
+pub(super) fn packet<S: Simd, T: LaneVoxel>(
+    simd: S,
+    kernel: &Kernel,
+    frame: &Frame,
+    grid: Grid<'_, T>,
+    packet: &Packet<S>,
+    tile: &mut Tile,
+    out: usize,
+) {
+    let zero = S::f32s::splat(simd, 0.0);
+    let mut sum = Accumulated::<S> {
+        color: [zero; 3],
+        transmittance: S::f32s::splat(simd, 1.0),
+        depth: S::f32s::splat(simd, f32::INFINITY),
+    };
+    let caster = Caster::new(simd, kernel, grid, packet);
+    let mut runs = Runs::new(packet);
+    let mut k = 0;
+    let occupancy = &kernel.classification.occupancy;
+    while let Some(stretch) = runs.next(k, |_, walk| occupancy.next_run(walk)) {
+        tile.runs += 1;
+        k = stretch.begin;
+        while k < stretch.end {
+            let until = stretch.end.min(k + CHECK_EVERY);
+            let open = lanes_above(simd, sum.transmittance, kernel.opaque_below) & u64::from(stretch.lanes);
+            if open == 0 {
+                break;
+            }
+            tile.samples += u64::from(open.count_ones()) * u64::from(until - k);
+            for k in k..until {
+                caster.sample(simd, &mut sum, k, stretch.lanes);
+            }
+            k = until;
+        }
+        k = stretch.end;
+        runs.finish(!lanes_above(simd, sum.transmittance, kernel.opaque_below) as u32);
+    }
+    write(simd, frame, packet, &sum, tile, out);
+}
+
+/// Bits of the lanes whose transmittance is not yet below the threshold.
+#[inline(always)]
+fn lanes_above<S: Simd>(_simd: S, transmittance: S::f32s, threshold: f32) -> u64 {
+    transmittance.simd_ge(threshold).to_bitmask()
+}
+
+/// What every sample of a packet needs.
+struct Caster<'a, S: Simd, T> {
+    kernel: &'a Kernel<'a>,
+    grid: Grid<'a, T>,
+    packet: &'a Packet<S>,
+    light: Option<(&'a super::Shading, super::shading::PacketLight<S>)>,
+}
+
+impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
+    #[inline(always)]
+    fn new(simd: S, kernel: &'a Kernel<'a>, grid: Grid<'a, T>, packet: &'a Packet<S>) -> Self {
+        let light = kernel.shading.as_ref().map(|s| (s, s.packet_light(simd, packet)));
+        Self { kernel, grid, packet, light }
+    }
+
+    /// Takes sample `k` of the lanes in `lanes`.
+    #[inline(always)]
+    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32, lanes: u32) {
+        let (middle, length) = self.packet.sample(simd, k);
+        let at = self.grid.locate(simd, self.packet.position(middle));
+        let value = self.grid.value(simd, &at).value;
+        let entries = &self.kernel.classification.entries;
+        let index = self.table_index(simd, value);
+        let mut alpha = S::f32s::from_fn(simd, |l| entries[index[l] as usize][3]);
+        let here = <S::f32s as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(lanes));
+        let open = here & sum.transmittance.simd_ge(self.kernel.opaque_below);
+        let zero = S::f32s::splat(simd, 0.0);
+        alpha = open.select(alpha, zero);
+        if !alpha.simd_gt(0.0).any_true() {
+            return;
+        }
+        if length.simd_lt(1.0).any_true() {
+            alpha = shorter(simd, alpha, length);
+        }
+        let mut color: [S::f32s; 3] =
+            std::array::from_fn(|c| S::f32s::from_fn(simd, |l| entries[index[l] as usize][c]));
+        if let Some((shading, light)) = &self.light {
+            let (factor, white) = shading.terms(simd, light, self.grid.gradient(simd, &at));
+            color = color.map(|c| c.mul_add(factor, white));
+        }
+        let weight = sum.transmittance * alpha;
+        let after = sum.transmittance - weight;
+        let passes_half = after.simd_le(0.5) & sum.transmittance.simd_gt(0.5);
+        if passes_half.any_true() {
+            sum.depth =
+                passes_half.select(half_way(simd, middle, length, sum.transmittance, after), sum.depth);
+        }
+        for (sum, color) in sum.color.iter_mut().zip(color) {
+            *sum = weight.mul_add(color, *sum);
+        }
+        sum.transmittance = after;
+    }
+
+    #[inline(always)]
+    fn table_index(&self, simd: S, value: S::f32s) -> S::i32s {
+        let (lo, scale) = self.kernel.classification.index_map;
+        let last = self.kernel.classification.entries.len() as i32 - 1;
+        let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
+        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last))
+    }
+}
+
+/// Opacity of `length` steps (at most one) where that of a whole step is `alpha`: the last stretch of a ray is short.
+#[inline(always)]
+fn shorter<S: Simd>(simd: S, alpha: S::f32s, length: S::f32s) -> S::f32s {
+    S::f32s::from_fn(simd, |l| {
+        if length[l] >= 1.0 {
+            alpha[l]
+        } else if length[l] <= 0.0 {
+            0.0
+        } else {
+            -f32::exp_m1(length[l] * f32::ln_1p(-alpha[l]))
+        }
+    })
+}
+
+/// Where within its stretch a sample takes the transmittance through one half, in steps.
+#[inline(always)]
+fn half_way<S: Simd>(simd: S, middle: S::f32s, length: S::f32s, before: S::f32s, after: S::f32s) -> S::f32s {
+    S::f32s::from_fn(simd, |l| {
+        let share = (before[l] / 0.5).ln() / (before[l] / after[l].max(1e-30)).ln();
+        middle[l] + length[l] * (share - 0.5)
+    })
+}
+
+#[inline(always)]
+fn write<S: Simd>(
+    _simd: S,
+    frame: &Frame,
+    packet: &Packet<S>,
+    sum: &Accumulated<S>,
+    tile: &mut Tile,
+    out: usize,
+) {
+    for l in 0..Packet::<S>::LANES {
+        let lane = &packet.lanes[l];
+        if lane.total > 0.0 {
+            let pixel = pixel_of_lane::<S>(out, l);
+            let [r, g, b] = [sum.color[0][l], sum.color[1][l], sum.color[2][l]];
+            tile.colors[pixel] = [r, g, b, 1.0 - sum.transmittance[l]];
+            tile.depths[pixel] = (lane.t_entry + f64::from(sum.depth[l]) * frame.step_length) as f32;
+        }
+    }
+}

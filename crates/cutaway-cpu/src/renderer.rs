@@ -1,0 +1,161 @@
+//! The renderer: threads, tiles and statistics around the kernels.
+
+use cutaway_core::image::Image;
+use cutaway_core::scene::Scene;
+use cutaway_core::value_ranges::ValueRanges;
+use cutaway_core::volume::Volume;
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use crate::cast::{self, Kernel};
+use crate::classification::Classification;
+use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
+use crate::tiles::{Frame, TILE, Tile, morton_tiles};
+
+/// Why the engine cannot start or render.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CpuError {
+    /// The processor lacks the instructions that were asked for.
+    #[error(transparent)]
+    Simd(#[from] UnsupportedSimd),
+    /// The threads could not be started.
+    #[error("could not start {threads} threads: {reason}")]
+    Threads {
+        /// How many were asked for (0: one a core).
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+    /// More voxels than 32-bit indices address.
+    #[error("the volume has {voxels} voxels; the cpu engine addresses at most 4294967295")]
+    TooLarge {
+        /// Voxels of the volume.
+        voxels: usize,
+    },
+}
+
+/// A volume made ready: its value ranges. The voxels are used where they are.
+#[derive(Debug)]
+pub struct CpuVolume {
+    ranges: ValueRanges,
+}
+
+impl CpuVolume {
+    /// Value ranges of the volume's blocks.
+    pub fn ranges(&self) -> &ValueRanges {
+        &self.ranges
+    }
+}
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Rays that met the volume.
+    pub rays: u64,
+    /// Samples of the field that were taken.
+    pub samples: u64,
+    /// Runs of occupied blocks along rays.
+    pub segments: u64,
+    /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1.
+    pub skipped_fraction: f64,
+}
+
+/// Threads and an instruction set.
+#[derive(Debug)]
+pub struct CpuRenderer {
+    pool: rayon::ThreadPool,
+    level: Level,
+}
+
+impl CpuRenderer {
+    /// `threads`: 0 for one a core.
+    pub fn new(threads: usize, simd: SimdChoice) -> Result<Self, CpuError> {
+        let level = simd.level()?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("cutaway-{i}"))
+            .build()
+            .map_err(|e| CpuError::Threads { threads, reason: e.to_string() })?;
+        Ok(Self { pool, level })
+    }
+
+    /// Threads in use.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Name of the instruction set in use.
+    pub fn simd(&self) -> &'static str {
+        level_name(self.level)
+    }
+
+    /// Makes a volume ready; reads every voxel once.
+    pub fn prepare(&self, volume: &Volume) -> Result<CpuVolume, CpuError> {
+        let voxels = volume.voxels().len();
+        if u32::try_from(voxels).is_err() {
+            return Err(CpuError::TooLarge { voxels });
+        }
+        Ok(CpuVolume { ranges: self.pool.install(|| ValueRanges::new(volume)) })
+    }
+
+    /// Classifies a prepared volume; see [`Classification`].
+    pub fn classify(&self, volume: &CpuVolume, scene: &Scene) -> Classification {
+        self.pool.install(|| Classification::new(volume, scene))
+    }
+
+    /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of
+    /// the image, 0..=1, from any thread.
+    pub fn render(
+        &self,
+        volume: &CpuVolume,
+        classification: &Classification,
+        scene: &Scene,
+        progress: &(dyn Fn(f32) + Sync),
+    ) -> (Image, Statistics) {
+        let (width, height) = scene.resolution();
+        let frame = Frame {
+            volume: scene.volume(),
+            rays: scene.camera().rays(width, height),
+            width,
+            height,
+            step_length: scene.step_length(),
+        };
+        let kernel = Kernel::new(volume, classification, scene);
+        let corners = morton_tiles(width, height);
+        let done = std::sync::atomic::AtomicUsize::new(0);
+        let cast = |&(x, y): &(u32, u32)| {
+            let tile = cast::tile(self.level, &kernel, &frame, x, y);
+            let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+            progress(done as f32 / corners.len() as f32);
+            tile
+        };
+        let tiles: Vec<Tile> = self.pool.install(|| corners.par_iter().with_max_len(1).map(cast).collect());
+        assemble(width, height, &tiles)
+    }
+}
+
+fn assemble(width: u32, height: u32, tiles: &[Tile]) -> (Image, Statistics) {
+    let count = width as usize * height as usize;
+    let (mut colors, mut depths) = (vec![[0.0f32; 4]; count], vec![f32::INFINITY; count]);
+    let mut statistics = Statistics::default();
+    let mut without_skipping = 0;
+    for tile in tiles {
+        let columns = TILE.min(width - tile.x) as usize;
+        for row in 0..TILE.min(height - tile.y) {
+            let to = (tile.y + row) as usize * width as usize + tile.x as usize;
+            let from = (row * TILE) as usize;
+            colors[to..to + columns].copy_from_slice(&tile.colors[from..from + columns]);
+            depths[to..to + columns].copy_from_slice(&tile.depths[from..from + columns]);
+        }
+        statistics.rays += tile.rays;
+        statistics.samples += tile.samples;
+        statistics.segments += tile.runs;
+        without_skipping += tile.samples_without_skipping;
+    }
+    if without_skipping > 0 {
+        statistics.skipped_fraction = 1.0 - statistics.samples as f64 / without_skipping as f64;
+    }
+    let image = Image::new(width, height, colors).and_then(|image| image.with_depth(depths));
+    (image.expect("one pixel a ray of a resolution that the scene has checked"), statistics)
+}
