@@ -1,1 +1,5 @@
-//! Placeholder.
+//! What the tests across crates share: scenes, and the tolerances that two renderings of one scene are held to.
+#![forbid(unsafe_code)]
+
+pub mod scenes;
+pub mod tolerances;
