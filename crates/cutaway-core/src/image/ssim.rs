@@ -3,7 +3,9 @@
 //!
 //! What enters: two images of one size. What leaves: the mean of equation 13 over all places of the window,
 //!
-//!     SSIM = (2 mu_a mu_b + C1) (2 sigma_ab + C2) / ((mu_a^2 + mu_b^2 + C1) (sigma_a^2 + sigma_b^2 + C2))
+//! ```text
+//! SSIM = (2 mu_a mu_b + C1) (2 sigma_ab + C2) / ((mu_a^2 + mu_b^2 + C1) (sigma_a^2 + sigma_b^2 + C2))
+//! ```
 //!
 //! with Gaussian-weighted moments (eq. 14 to 16), C1 = 0.01^2, C2 = 0.03^2 and values within 0..1. The Gaussian is
 //! separable: each row is filtered once and eleven filtered rows are kept, whatever the height of the image.
@@ -46,14 +48,15 @@ fn strip_sum(a: &Image, b: &Image, across: &[f64], down: &[f64], rows: std::ops:
     for y in rows.start..rows.end + size - 1 {
         filtered[y % size] = filter_row(&luma_row(a, b, y), across);
         let Some(top) = (y + 1).checked_sub(size).filter(|&top| top >= rows.start) else { continue };
-        for x in 0..filtered[0].len() {
+        let place = |x: usize| {
             let mut moments = [0.0; 5];
             for (i, weight) in down.iter().enumerate() {
                 let row = &filtered[(top + i) % size][x];
                 (0..5).for_each(|m| moments[m] += weight * row[m]);
             }
-            sum += ssim(moments);
-        }
+            ssim(moments)
+        };
+        sum += (0..filtered[0].len()).map(place).sum::<f64>();
     }
     sum
 }
