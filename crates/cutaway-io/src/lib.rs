@@ -1,1 +1,12 @@
-//! Placeholder.
+//! Files in, types out, and back: readers that trust nothing they read, writers that leave nothing half-written.
+//!
+//! Every reader holds what a header claims against the file and against [`limits::Limits`] before it allocates, opens
+//! no file outside the folder of the file it was given, and reports what was wrong, where, and what to do.
+#![forbid(unsafe_code)]
+
+pub mod atomic;
+pub mod image;
+pub mod json;
+pub mod limits;
+pub mod samples;
+pub mod volume;

@@ -1,0 +1,106 @@
+//! Scene files and transfer functions as JSON.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use cutaway_core::scene::{SceneFile, TransferFunctionFile};
+use cutaway_core::transfer_function::{TransferFunction, TransferFunctionError};
+use serde::de::DeserializeOwned;
+
+/// The largest JSON file that is read: a transfer function of 65536 points takes a tenth of it.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Why a JSON file was not read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum JsonError {
+    /// The file system said no.
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        error: std::io::Error,
+    },
+    /// Far more than a scene can be.
+    #[error("{}: larger than {MAX_BYTES} bytes; this is not {what}", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// What was expected.
+        what: &'static str,
+    },
+    /// Not JSON, or not what was expected; serde's message names field, line and column.
+    #[error("{}: not {what}: {error}; `cutaway schema` prints what is expected", path.display())]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// What was expected.
+        what: &'static str,
+        /// Where and why.
+        error: serde_json::Error,
+    },
+    /// The points do not make a transfer function.
+    #[error("{}: {error}", path.display())]
+    Function {
+        /// The file.
+        path: PathBuf,
+        /// Which point, and why.
+        error: TransferFunctionError,
+    },
+}
+
+/// Reads a scene file. Paths in it are relative to its folder.
+pub fn read_scene(path: &Path) -> Result<SceneFile, JsonError> {
+    read(path, "a scene file")
+}
+
+/// Reads a transfer function and the unit distance of its opacities, if it states one.
+pub fn read_transfer_function(path: &Path) -> Result<(TransferFunction, Option<f64>), JsonError> {
+    let file: TransferFunctionFile = read(path, "a transfer function")?;
+    let function = TransferFunction::new(file.points);
+    let function = function.map_err(|error| JsonError::Function { path: path.to_owned(), error })?;
+    Ok((function, file.unit_distance))
+}
+
+fn read<T: DeserializeOwned>(path: &Path, what: &'static str) -> Result<T, JsonError> {
+    let io = |error| JsonError::Io { path: path.to_owned(), error };
+    let mut text = Vec::new();
+    File::open(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(io)?;
+    if text.len() as u64 > MAX_BYTES {
+        return Err(JsonError::TooLarge { path: path.to_owned(), what });
+    }
+    serde_json::from_slice(&text).map_err(|error| JsonError::Syntax { path: path.to_owned(), what, error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(text: &str) -> tempfile::NamedTempFile {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        file
+    }
+
+    #[test]
+    fn errors_name_the_file_and_the_place() {
+        let file = written("{ \"volume\": \"a\",\n  \"camra\": {} }");
+        let error = read_scene(file.path()).unwrap_err().to_string();
+        assert!(error.contains("`camra`") && error.contains("line 2"), "{error}");
+        let file = written(r#"{ "points": [ { "value": 1, "color": [0, 0, 2], "opacity": 0 } ] }"#);
+        let error = read_transfer_function(file.path()).unwrap_err().to_string();
+        assert!(error.contains("point 0") && error.contains("color is 2"), "{error}");
+        assert!(read_scene(Path::new("/nowhere/at/all.json")).is_err());
+    }
+
+    #[test]
+    fn every_truncation_is_refused() {
+        let whole = r#"{"unit_distance": 2, "points": [{"value": 1, "color": [0, 0, 1], "opacity": 0.5}]}"#;
+        for end in 0..whole.len() {
+            assert!(read_transfer_function(written(&whole[..end]).path()).is_err(), "{end}");
+        }
+        assert!(read_transfer_function(written(whole).path()).is_ok());
+    }
+}

@@ -1,0 +1,68 @@
+//! What the fuzz targets do with their input. The replay of the saved corpora, which runs with the ordinary tests on
+//! the stable toolchain (`crates/cutaway-io/tests/fuzz_corpus.rs`), does the same.
+#![allow(dead_code, reason = "each target uses one of the functions")]
+
+use cutaway_io::limits::Limits;
+use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
+
+/// NIfTI: the input is a `.nii` file, compressed or not; a `.hdr` finds voxels beside it.
+pub(crate) fn nifti(data: &[u8]) {
+    read("a.nii", data, &voxels("a.img"));
+}
+
+/// NRRD: the input is an attached or detached header; `voxels` is there to be named.
+pub(crate) fn nrrd(data: &[u8]) {
+    read("a.nrrd", data, &voxels("voxels"));
+}
+
+/// MetaImage: as NRRD.
+pub(crate) fn metaimage(data: &[u8]) {
+    read("a.mha", data, &voxels("voxels"));
+}
+
+/// Raw data: the input is a name, a line break, a JSON side file, a zero byte and the data.
+pub(crate) fn raw(data: &[u8]) {
+    let (description, voxels) = split(data, 0);
+    let (name, json) = split(description, b'\n');
+    let name = format!("{}.raw", String::from_utf8_lossy(name));
+    let mut folder = MemoryFolder::new();
+    if !json.is_empty() {
+        folder.insert(name.replace(".raw", ".json"), json.to_vec());
+    }
+    read(&name, voxels, &folder);
+}
+
+fn split(data: &[u8], separator: u8) -> (&[u8], &[u8]) {
+    match data.iter().position(|&b| b == separator) {
+        Some(at) => (&data[..at], &data[at + 1..]),
+        None => (data, &[]),
+    }
+}
+
+fn voxels(name: &str) -> MemoryFolder {
+    MemoryFolder::from([(name.to_owned(), (0..=255).cycle().take(480).collect())])
+}
+
+/// Reads as a user would, and with a volume chosen; what comes out must be whole.
+fn read(name: &str, data: &[u8], folder: &MemoryFolder) {
+    for volume_index in [None, Some(1)] {
+        let options =
+            ReadOptions { limits: Limits { max_bytes: 1 << 20 }, volume_index, ..ReadOptions::default() };
+        match read_volume_bytes(name, data, folder, &options) {
+            Ok(loaded) => {
+                let volume = loaded.value;
+                let [x, y, z] = volume.dimensions().to_array().map(|n| n as usize);
+                assert_eq!(volume.voxels().len(), x * y * z);
+                let [low, high] = volume.stored_range();
+                assert!(low.is_finite() && high.is_finite() && low <= high);
+                assert!(volume.voxel_from_world().is_finite());
+                loaded.notices.iter().for_each(|notice| assert_one_line(notice));
+            }
+            Err(error) => assert_one_line(&error.to_string()),
+        }
+    }
+}
+
+fn assert_one_line(text: &str) {
+    assert!(!text.is_empty() && !text.chars().any(char::is_control), "{text:?}");
+}
