@@ -1,5 +1,6 @@
 //! Histograms, and the transfer function that a volume gets when nobody gave one.
 
+use crate::scene::Mode;
 use crate::transfer_function::{ControlPoint, TransferFunction};
 use crate::volume::{Volume, Voxels};
 use rayon::prelude::*;
@@ -147,7 +148,7 @@ fn histogram_bin_of_share(counts: &[u64], share: f64) -> usize {
 }
 
 /// The first bin of the upper of two classes with the largest variance between them.
-fn otsu_threshold(counts: &[u64]) -> usize {
+pub(crate) fn otsu_threshold(counts: &[u64]) -> usize {
     let total: f64 = counts.iter().map(|n| *n as f64).sum();
     let sum: f64 = counts.iter().enumerate().map(|(i, n)| i as f64 * *n as f64).sum();
     let (mut below, mut sum_below, mut best) = (0.0, 0.0, (0.0, 0));
@@ -166,13 +167,31 @@ fn otsu_threshold(counts: &[u64]) -> usize {
     best.1
 }
 
-/// A grey ramp over a window of values (a radiologist's window and level): black and transparent at its lower end,
-/// white and at `opacity` at its upper end.
-pub fn window_level(window: f64, level: f64, opacity: f64) -> TransferFunction {
-    let half = 0.5 * window.abs();
-    let point = |value, gray, opacity| ControlPoint { value, color: [gray; 3], opacity };
-    TransferFunction::new(vec![point(level - half, 0.0, 0.0), point(level + half, 1.0, opacity)])
-        .expect("two ordered points")
+/// The transfer function of a volume that nobody described, for a mode: projections show the value itself as grey.
+pub fn default_for_mode(volume: &Volume, mode: Mode) -> TransferFunction {
+    if matches!(mode, Mode::Mip | Mode::Minip | Mode::Mean) {
+        gray_ramp(volume.value_range())
+    } else {
+        default_transfer_function(volume)
+    }
+}
+
+/// Black to white over a range of values (a radiologist's window), opaque: for projections.
+pub fn gray_ramp(range: [f64; 2]) -> TransferFunction {
+    ramp(range, [1.0, 1.0])
+}
+
+/// Black to white over a range of values, opacity rising along with it to a half: for compositing.
+pub fn translucent_ramp(range: [f64; 2]) -> TransferFunction {
+    ramp(range, [0.0, 0.5])
+}
+
+fn ramp([lo, hi]: [f64; 2], opacity: [f64; 2]) -> TransferFunction {
+    let points = vec![
+        ControlPoint { value: lo, color: [0.0; 3], opacity: opacity[0] },
+        ControlPoint { value: hi.max(lo), color: [1.0; 3], opacity: opacity[1] },
+    ];
+    TransferFunction::new(points).expect("two ordered points")
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 pub mod analytic;
 pub mod camera;
+pub mod colormaps;
 pub mod compositing;
 pub mod cubic;
 pub mod field;
@@ -13,6 +14,7 @@ pub mod histogram;
 pub mod image;
 pub mod lighting;
 pub mod occupancy;
+pub mod presets;
 pub mod reference;
 pub mod scene;
 pub mod segment;

@@ -9,13 +9,23 @@ use rayon::prelude::*;
 
 use crate::value_ranges::{BLOCK, BlockGrid, ValueRanges};
 
+/// What a ray does at a level-0 block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum BlockState {
+    /// It may hold something visible.
+    Occupied,
+    /// Nothing in it is visible.
+    Empty,
+    /// Nothing in its whole level-1 block is visible.
+    EmptyLevel1,
+}
+
 /// Which blocks can be visible.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occupancy {
-    /// Blocks of [`BLOCK`]³ cells.
-    pub level0: BlockGrid<bool>,
-    /// Whether any level-0 block in a block of [`BLOCK`]³ of them is occupied.
-    pub level1: BlockGrid<bool>,
+    /// Blocks of [`BLOCK`]³ cells; each also knows about its level-1 block.
+    states: BlockGrid<BlockState>,
 }
 
 impl Occupancy {
@@ -27,30 +37,49 @@ impl Occupancy {
 
     /// Every block occupied: no skipping.
     pub fn full(ranges: &ValueRanges) -> Self {
-        let blocks = vec![true; ranges.level0.blocks.len()];
-        Self::from_level0(BlockGrid { dimensions: ranges.level0.dimensions, blocks })
+        let blocks = vec![BlockState::Occupied; ranges.level0.blocks.len()];
+        Self { states: BlockGrid { dimensions: ranges.level0.dimensions, blocks } }
     }
 
-    fn from_level0(level0: BlockGrid<bool>) -> Self {
-        let level1 = level0.coarser(false, |any, b| any | b);
-        Self { level0, level1 }
+    fn from_level0(occupied: BlockGrid<bool>) -> Self {
+        let level1 = occupied.coarser(false, |any, b| any | b);
+        let d = occupied.dimensions;
+        let row = |row: usize| {
+            let (y, z) = (row as u32 % d.y, row as u32 / d.y);
+            let (occupied, level1) = (&occupied, &level1);
+            (0..d.x).map(move |x| {
+                let b = UVec3::new(x, y, z);
+                match (occupied.get(b), level1.get(b / BLOCK)) {
+                    (true, _) => BlockState::Occupied,
+                    (false, true) => BlockState::Empty,
+                    (false, false) => BlockState::EmptyLevel1,
+                }
+            })
+        };
+        let blocks = (0..(d.y * d.z) as usize).into_par_iter().flat_map_iter(row).collect();
+        Self { states: BlockGrid { dimensions: d, blocks } }
+    }
+
+    /// Whether a level-0 block is occupied.
+    pub fn is_occupied(&self, b: UVec3) -> bool {
+        self.states.get(b) == BlockState::Occupied
+    }
+
+    /// Level-0 blocks along x, y, z.
+    pub fn dimensions(&self) -> UVec3 {
+        self.states.dimensions
     }
 
     /// The share of level-0 blocks that are occupied, 0..=1.
     pub fn occupied_fraction(&self) -> f64 {
-        let occupied = self.level0.blocks.iter().filter(|b| **b).count();
-        occupied as f64 / self.level0.blocks.len().max(1) as f64
+        let occupied = self.states.blocks.iter().filter(|b| **b == BlockState::Occupied).count();
+        occupied as f64 / self.states.blocks.len().max(1) as f64
     }
 
-    /// The next stretch of occupied blocks along a walk.
+    /// The next stretch of occupied blocks along a walk that was begun with these blocks' dimensions.
     #[inline]
     pub fn next_run(&self, walk: &mut BlockWalk) -> Option<(f32, f32)> {
-        walk.next_run(
-            self.level1.dimensions,
-            |b| self.level1.blocks[b],
-            self.level0.dimensions,
-            |b| self.level0.blocks[b],
-        )
+        walk.next_run(|index, _| self.states.blocks[index])
     }
 }
 
@@ -61,96 +90,131 @@ impl Occupancy {
 /// [`BlockWalk::LONGEST_RUN`] blocks (so that a ray which will end early is not walked to its far end first).
 #[derive(Clone, Copy, Debug)]
 pub struct BlockWalk {
-    origin: Vec3,
-    direction: Vec3,
-    /// Distance to the far plane of a block of edge 1 at the origin, and its growth: `(side - origin) / direction`.
-    inverse: Vec3,
-    /// 1 where the ray leaves a block through its upper plane.
-    upper: Vec3,
+    origin: [f32; 3],
+    direction: [f32; 3],
+    inverse: [f32; 3],
+    /// Blocks along each axis.
+    dimensions: [i32; 3],
+    /// The block that the ray is in.
+    block: [i32; 3],
+    /// Where the ray leaves the block along each axis.
+    exit: [f32; 3],
+    /// Where the ray enters the block.
     t: f32,
     t_end: f32,
-    /// A step that certainly leaves a block plane behind: a thousandth of a voxel.
+    /// A thousandth of a voxel along the ray: past a block's face, on the far side of rounding.
     nudge: f32,
 }
+
+/// Components of a direction below this count as zero: such a ray never reaches a plane of that axis.
+const NO_DIRECTION: f32 = 1e-12;
 
 impl BlockWalk {
     /// Blocks after which a run is handed out even if the next block is occupied too.
     pub const LONGEST_RUN: u32 = 4;
 
-    /// Starts at `t = 0`.
-    #[inline]
-    pub fn new(origin: Vec3, direction: Vec3, t_end: f32) -> Self {
-        // A component of about zero counts as upward: its plane is then never behind the ray, its distance +infinity.
-        let pick = |d: f32| if d > -1e-12 { 1.0 } else { 0.0 };
-        let upper = Vec3::new(pick(direction.x), pick(direction.y), pick(direction.z));
-        let invert = |d: f32| if d.abs() > 1e-12 { 1.0 / d } else { f32::INFINITY };
-        let inverse = Vec3::new(invert(direction.x), invert(direction.y), invert(direction.z));
-        let nudge = 1e-3 / direction.abs().max_element().max(1e-12);
-        Self { origin, direction, inverse, upper, t: 0.0, t_end, nudge }
-    }
-
     /// A walk that has already ended.
     pub const ENDED: Self = Self {
-        origin: Vec3::ZERO,
-        direction: Vec3::ZERO,
-        inverse: Vec3::ZERO,
-        upper: Vec3::ZERO,
+        origin: [0.0; 3],
+        direction: [0.0; 3],
+        inverse: [0.0; 3],
+        dimensions: [1; 3],
+        block: [0; 3],
+        exit: [f32::INFINITY; 3],
         t: 0.0,
         t_end: 0.0,
         nudge: 1.0,
     };
 
-    /// Leaves out everything before `t`.
+    /// Starts at `t = 0`. `dimensions`: level-0 blocks along x, y, z.
     #[inline]
-    pub fn skip_to(&mut self, t: f32) {
-        self.t = self.t.max(t);
+    pub fn new(origin: Vec3, direction: Vec3, t_end: f32, dimensions: UVec3) -> Self {
+        let nudge = 1e-3 / direction.abs().max_element().max(NO_DIRECTION);
+        let mut walk = Self {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            inverse: (1.0 / direction).to_array(),
+            dimensions: dimensions.as_ivec3().to_array(),
+            t_end,
+            nudge,
+            ..Self::ENDED
+        };
+        walk.enter(0.0);
+        walk
     }
 
-    /// The next stretch of blocks for which both predicates hold; they get linear block indices.
+    /// The next stretch of blocks that are occupied; `state` gets a block's linear index and its coordinates.
     #[inline]
-    pub fn next_run(
-        &mut self,
-        dimensions1: UVec3,
-        level1: impl Fn(usize) -> bool,
-        dimensions0: UVec3,
-        level0: impl Fn(usize) -> bool,
-    ) -> Option<(f32, f32)> {
+    pub fn next_run(&mut self, state: impl Fn(usize, [i32; 3]) -> BlockState) -> Option<(f32, f32)> {
         let mut run: Option<(f32, u32)> = None;
         while self.t < self.t_end {
-            let p = self.origin + self.direction * (self.t + self.nudge);
-            let cell = p.max(Vec3::ZERO).as_uvec3();
-            let b1 = (cell / (BLOCK * BLOCK)).min(dimensions1 - UVec3::ONE);
-            let index = |b: UVec3, d: UVec3| {
-                (b.z as usize * d.y as usize + b.y as usize) * d.x as usize + b.x as usize
-            };
-            if !level1(index(b1, dimensions1)) {
-                if let Some((start, _)) = run {
-                    return Some((start, self.t));
+            let [x, y, z] = self.block;
+            let index = (z * self.dimensions[1] + y) * self.dimensions[0] + x;
+            match (state(index as usize, self.block), run) {
+                (BlockState::Occupied, None) => run = Some((self.t, 1)),
+                (BlockState::Occupied, Some((start, n))) if n < Self::LONGEST_RUN => {
+                    run = Some((start, n + 1))
                 }
-                self.leave(b1, (BLOCK * BLOCK) as f32);
-                continue;
+                (_, Some((start, _))) => return Some((start, self.t)),
+                (BlockState::Empty, None) => {}
+                (BlockState::EmptyLevel1, None) => {
+                    self.leap();
+                    continue;
+                }
             }
-            let b0 = (cell / BLOCK).min(dimensions0 - UVec3::ONE);
-            let occupied = level0(index(b0, dimensions0));
-            match run {
-                None if occupied => run = Some((self.t, 1)),
-                Some((start, n)) if !occupied || n == Self::LONGEST_RUN => return Some((start, self.t)),
-                Some((start, n)) => run = Some((start, n + 1)),
-                None => {}
-            }
-            self.leave(b0, BLOCK as f32);
+            self.step();
         }
         run.map(|(start, _)| (start, self.t_end))
     }
 
-    /// Moves on to where the ray leaves block `b` of a grid of this `edge`.
+    /// The distance at which the ray meets the far side of block `b` of an edge, along an axis.
     #[inline]
-    fn leave(&mut self, b: UVec3, edge: f32) {
-        let plane = (b.as_vec3() + self.upper) * edge;
-        let exit = (plane - self.origin) * self.inverse;
-        // Along components of zero this is infinite, or NaN on a plane; neither is ever the least.
-        let exit = exit.x.min(exit.y.min(exit.z.min(self.t_end)));
-        self.t = exit.max(self.t + self.nudge);
+    fn plane(&self, axis: usize, b: i32, edge: i32) -> f32 {
+        let d = self.direction[axis];
+        if d.abs() < NO_DIRECTION {
+            return f32::INFINITY;
+        }
+        let side = (b + i32::from(d > 0.0)) * edge;
+        (side as f32 - self.origin[axis]) * self.inverse[axis]
+    }
+
+    /// To the neighbour through whose face the ray goes.
+    #[inline]
+    fn step(&mut self) {
+        let [x, y, z] = self.exit;
+        let axis = if x <= y.min(z) {
+            0
+        } else if y <= z {
+            1
+        } else {
+            2
+        };
+        self.t = self.exit[axis].max(self.t);
+        self.block[axis] += if self.direction[axis] > 0.0 { 1 } else { -1 };
+        if self.block[axis] < 0 || self.block[axis] >= self.dimensions[axis] {
+            self.t = self.t_end;
+            return;
+        }
+        self.exit[axis] = self.plane(axis, self.block[axis], BLOCK as i32);
+    }
+
+    /// Past the whole level-1 block.
+    #[inline]
+    fn leap(&mut self) {
+        let far = |axis: usize| self.plane(axis, self.block[axis] / BLOCK as i32, (BLOCK * BLOCK) as i32);
+        let exit = far(0).min(far(1)).min(far(2));
+        self.enter(exit.max(self.t + self.nudge));
+    }
+
+    /// Finds the block at `t`.
+    #[inline]
+    fn enter(&mut self, t: f32) {
+        self.t = t;
+        for axis in 0..3 {
+            let p = self.origin[axis] + self.direction[axis] * (t + self.nudge);
+            self.block[axis] = ((p * (1.0 / BLOCK as f32)) as i32).clamp(0, self.dimensions[axis] - 1);
+            self.exit[axis] = self.plane(axis, self.block[axis], BLOCK as i32);
+        }
     }
 }
 
@@ -178,9 +242,9 @@ mod tests {
     #[test]
     fn an_axis_ray_finds_its_blocks() {
         let one = occupancy(UVec3::new(20, 2, 2), |b| b.x == 12 && b.y == 0 && b.z == 0);
-        let walk = BlockWalk::new(Vec3::new(0.0, 3.0, 3.0), Vec3::X, 159.0);
+        let walk = BlockWalk::new(Vec3::new(0.0, 3.0, 3.0), Vec3::X, 159.0, UVec3::new(20, 2, 2));
         assert_eq!(runs(&one, walk), [(96.0, 104.0)]);
-        let back = BlockWalk::new(Vec3::new(159.0, 3.0, 3.0), Vec3::NEG_X, 159.0);
+        let back = BlockWalk::new(Vec3::new(159.0, 3.0, 3.0), Vec3::NEG_X, 159.0, UVec3::new(20, 2, 2));
         let found = runs(&one, back);
         assert!(
             found.len() == 1 && (found[0].0 - 55.0).abs() < 1e-4 && (found[0].1 - 63.0).abs() < 1e-4,
@@ -204,7 +268,7 @@ mod tests {
             prop_assume!(a.distance(b) > 1.0);
             let t_end = a.distance(b);
             let direction = (b - a) / t_end;
-            let found = runs(&occupancy, BlockWalk::new(a, direction, t_end));
+            let found = runs(&occupancy, BlockWalk::new(a, direction, t_end, d));
             for pair in found.windows(2) {
                 prop_assert!(pair[0].1 <= pair[1].0);
             }
@@ -216,7 +280,7 @@ mod tests {
                 let off = (p / BLOCK as f32 - (p / BLOCK as f32).round()).abs().min_element() * BLOCK as f32;
                 if off > 0.01 {
                     let covered = found.iter().any(|r| (r.0..r.1).contains(&t));
-                    prop_assert_eq!(covered, occupancy.level0.get(block), "at {}", t);
+                    prop_assert_eq!(covered, occupancy.is_occupied(block), "at {}", t);
                 }
             }
         }

@@ -10,6 +10,8 @@
 //! is taken by three-point Gauss-Legendre collocation (order 6), both integrals at once, in stretches that are halved
 //! until halving changes nothing. Extrema, means and crossings come from the cubic itself.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -32,11 +34,21 @@ const OPAQUE: f64 = 1e-9;
 
 /// Renders a scene. Depth: see [`Image`].
 pub fn render(scene: &Scene) -> Image {
+    render_with_progress(scene, &|_| {})
+}
+
+/// Renders a scene; `progress` is called with the finished share of the rows, 0..=1, from any thread.
+pub fn render_with_progress(scene: &Scene, progress: &(dyn Fn(f32) + Sync)) -> Image {
     let (width, height) = scene.resolution();
     let rays = scene.camera().rays(width, height);
     let caster = Caster::new(scene);
-    let pixels: Vec<(u32, u32)> = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).collect();
-    let cast: Vec<Pixel> = pixels.par_iter().map(|&(x, y)| caster.cast(&rays.pixel(x, y))).collect();
+    let done = AtomicU32::new(0);
+    let row = |y: u32| {
+        let row: Vec<Pixel> = (0..width).map(|x| caster.cast(&rays.pixel(x, y))).collect();
+        progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / height as f32);
+        row
+    };
+    let cast: Vec<Pixel> = (0..height).into_par_iter().flat_map_iter(row).collect();
     let colors = cast.iter().map(|p| p.premultiplied.map(|c| c as f32)).collect();
     let depths = cast.iter().map(|p| p.depth as f32).collect();
     let image = Image::new(width, height, colors).and_then(|image| image.with_depth(depths));
