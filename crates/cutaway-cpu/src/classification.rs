@@ -12,8 +12,10 @@ use crate::renderer::CpuVolume;
 /// Tables and occupancy of one scene's transfer function, mode and step.
 #[derive(Clone, Debug)]
 pub struct Classification {
-    /// Straight colour and *opacity of a whole step* of each entry.
-    pub(crate) entries: Vec<[f32; 4]>,
+    /// *Opacity of a whole step* of each entry: read for every sample.
+    pub(crate) opacities: Vec<f32>,
+    /// Straight colour of each entry, padded: read where something is visible.
+    pub(crate) colors: Vec<[f32; 4]>,
     /// Stored number of entry 0, entries per stored unit.
     pub(crate) index_map: (f32, f32),
     pub(crate) occupancy: Occupancy,
@@ -26,14 +28,10 @@ impl Classification {
         let table =
             ClassificationTable::new(scene.transfer_function(), source.rescale(), source.stored_range());
         let (unit, step) = (scene.unit_distance(), scene.step_length());
-        let entries = table
-            .entries()
-            .iter()
-            .map(|&[r, g, b, opacity]| {
-                let sigma = extinction(f64::from(opacity), unit);
-                [r, g, b, segment_opacity(sigma, step) as f32]
-            })
-            .collect();
+        let opacity_of_step =
+            |opacity: f32| segment_opacity(extinction(f64::from(opacity), unit), step) as f32;
+        let opacities = table.entries().iter().map(|e| opacity_of_step(e[3])).collect();
+        let colors = table.entries().to_vec();
         let settings = scene.settings();
         let ranges = volume.ranges();
         let isovalues: Vec<f64> = settings.iso.iter().map(|v| source.rescale().stored(*v)).collect();
@@ -44,7 +42,7 @@ impl Classification {
                 isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v))
             }),
         };
-        Self { entries, index_map: table.index_map(), occupancy }
+        Self { opacities, colors, index_map: table.index_map(), occupancy }
     }
 
     /// The share of blocks that can be visible, 0..=1.

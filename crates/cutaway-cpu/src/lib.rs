@@ -12,7 +12,7 @@
 //!
 //! Inside: the image is cut into tiles ([`tiles`]), a tile into packets of neighbouring pixels, one pixel a SIMD lane
 //! ([`packet`]); a packet is cast by one of three kernels ([`cast`]) that share one field sampler ([`sample`]).
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod cast;
 mod classification;

@@ -4,13 +4,12 @@
 //! volume's box. Sample `k` stands for the stretch `k..k + 1`, or `k..total` if that is shorter, and lies in its middle.
 
 use cutaway_core::camera::{RayGenerator, intersect_box};
-use cutaway_core::glam::{DVec3, Vec3};
+use cutaway_core::glam::{DVec3, UVec3, Vec3};
 use cutaway_core::occupancy::BlockWalk;
 use cutaway_core::volume::Volume;
 use fearless_simd::{Simd, SimdBase};
 
-/// The most lanes that any instruction set has.
-pub(crate) const MAX_LANES: usize = 16;
+use crate::simd::MAX_LANES;
 
 /// Width and height in pixels of a packet of this many lanes.
 pub(crate) const fn packet_shape(lanes: usize) -> (u32, u32) {
@@ -60,9 +59,13 @@ impl LaneRay {
         }
     }
 
-    /// Its way through the blocks.
-    pub(crate) fn walk(&self) -> BlockWalk {
-        if self.total > 0.0 { BlockWalk::new(self.origin, self.stride, self.total) } else { BlockWalk::ENDED }
+    /// Its way through a grid of `blocks`.
+    pub(crate) fn walk(&self, blocks: UVec3) -> BlockWalk {
+        if self.total > 0.0 {
+            BlockWalk::new(self.origin, self.stride, self.total, blocks)
+        } else {
+            BlockWalk::ENDED
+        }
     }
 }
 
@@ -89,10 +92,9 @@ impl<S: Simd> Packet<S> {
                 *lane = LaneRay::new(&frame.rays, frame.volume, frame.step_length, px, py);
             }
         }
-        let vector = |f: &dyn Fn(&LaneRay) -> f32| S::f32s::from_fn(simd, |l| f(&lanes[l]));
-        let origin = [vector(&|r| r.origin.x), vector(&|r| r.origin.y), vector(&|r| r.origin.z)];
-        let stride = [vector(&|r| r.stride.x), vector(&|r| r.stride.y), vector(&|r| r.stride.z)];
-        let total = vector(&|r| r.total);
+        let origin = vector3(simd, lanes.map(|r| r.origin));
+        let stride = vector3(simd, lanes.map(|r| r.stride));
+        let total = S::f32s::from_slice(simd, &lanes.map(|r| r.total)[..Self::LANES]);
         Self { origin, stride, total, lanes }
     }
 
@@ -109,8 +111,20 @@ impl<S: Simd> Packet<S> {
     #[inline(always)]
     pub(crate) fn position(&self, k: S::f32s) -> [S::f32s; 3] {
         use fearless_simd::prelude::*;
-        std::array::from_fn(|c| self.stride[c].mul_add(k, self.origin[c]))
+        let ([ox, oy, oz], [sx, sy, sz]) = (self.origin, self.stride);
+        [sx.mul_add(k, ox), sy.mul_add(k, oy), sz.mul_add(k, oz)]
     }
+}
+
+/// One vector a component.
+#[inline(always)]
+pub(crate) fn vector3<S: Simd>(simd: S, lanes: [Vec3; MAX_LANES]) -> [S::f32s; 3] {
+    let n = S::f32s::LEN;
+    [
+        S::f32s::from_slice(simd, &lanes.map(|v| v.x)[..n]),
+        S::f32s::from_slice(simd, &lanes.map(|v| v.y)[..n]),
+        S::f32s::from_slice(simd, &lanes.map(|v| v.z)[..n]),
+    ]
 }
 
 /// The stretches of each lane that are still to be sampled, as sample numbers, and which lanes are still under way.
@@ -147,7 +161,7 @@ fn samples_within(t0: f32, t1: f32, total: f32) -> (u32, u32) {
 const DILATION: f32 = 2e-3;
 
 impl Runs {
-    pub(crate) fn new<S: Simd>(packet: &Packet<S>) -> Self {
+    pub(crate) fn new<S: Simd>(packet: &Packet<S>, blocks: UVec3) -> Self {
         let mut runs = Self {
             walks: [BlockWalk::ENDED; MAX_LANES],
             begin: [0; MAX_LANES],
@@ -157,7 +171,7 @@ impl Runs {
         };
         for l in 0..Packet::<S>::LANES {
             if packet.lanes[l].total > 0.0 {
-                runs.walks[l] = packet.lanes[l].walk();
+                runs.walks[l] = packet.lanes[l].walk(blocks);
                 runs.active |= 1 << l;
             }
         }

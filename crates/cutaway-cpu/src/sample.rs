@@ -1,122 +1,71 @@
 //! The field sampler: trilinear values and gradients of many lanes at once, from voxels in x-fastest order.
 //!
-//! Lanes are filled by scalar loads, two or four neighbouring voxels at a time: on current processors that is about
-//! twice as fast as hardware gathers. All arithmetic is in stored numbers; the caller knows the rescale.
+//! All arithmetic is in stored numbers; the caller knows the rescale. Neighbours along x are loaded together.
 
 use cutaway_core::volume::Volume;
 use fearless_simd::prelude::*;
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt};
+use fearless_simd::{Simd, SimdBase};
+
+use crate::simd::{LaneSource, MAX_LANES};
 
 /// A stored voxel type that lanes can be filled with.
-pub(crate) trait LaneVoxel: Copy + Send + Sync {
-    /// Voxels `i` and `i + 1` of each lane.
-    fn pairs<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 2];
-
-    /// Voxels `i - 1`, `i`, `i + 1`, `i + 2` of each lane; all four must be in the same row.
-    fn quads<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 4];
-
-    /// Voxel `i` of each lane.
-    fn singles<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> S::f32s;
+pub(crate) trait LaneVoxel: Copy + Default + Send + Sync + 'static {
+    /// The voxels of each lane, apart and as floats.
+    fn split<S: Simd, const N: usize>(simd: S, lanes: &[[Self; N]; MAX_LANES]) -> [S::f32s; N];
 }
 
-impl LaneVoxel for u8 {
-    #[inline(always)]
-    fn pairs<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 2] {
-        let both = S::u32s::from_fn(simd, |l| {
-            let v = &voxels[i[l] as usize..][..2];
-            u32::from(v[0]) | u32::from(v[1]) << 8
-        });
-        [to_float::<S>(both & 0xff), to_float::<S>(both >> 8)]
-    }
-
-    #[inline(always)]
-    fn quads<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 4] {
-        let all = S::u32s::from_fn(simd, |l| {
-            let v = &voxels[i[l] as usize - 1..][..4];
-            u32::from_le_bytes([v[0], v[1], v[2], v[3]])
-        });
-        [
-            to_float::<S>(all & 0xff),
-            to_float::<S>((all >> 8) & 0xff),
-            to_float::<S>((all >> 16) & 0xff),
-            to_float::<S>(all >> 24),
-        ]
-    }
-
-    #[inline(always)]
-    fn singles<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> S::f32s {
-        to_float::<S>(S::u32s::from_fn(simd, |l| u32::from(voxels[i[l] as usize])))
-    }
+/// Packed lanes of whole numbers as vectors: one vector load a 32-bit word of each lane, shifts for what is inside.
+macro_rules! whole_lane_voxel {
+    ($t:ty) => {
+        impl LaneVoxel for $t {
+            #[inline(always)]
+            fn split<S: Simd, const N: usize>(simd: S, lanes: &[[Self; N]; MAX_LANES]) -> [S::f32s; N] {
+                const BITS: usize = 8 * size_of::<$t>();
+                let mut out = [S::f32s::splat(simd, 0.0); N];
+                for word in 0..(N * BITS).div_ceil(32) {
+                    let per_word = 32 / BITS;
+                    let mut packed = [0u32; MAX_LANES];
+                    for l in 0..S::u32s::LEN {
+                        for k in 0..per_word.min(N - word * per_word) {
+                            packed[l] |= u32::from(lanes[l][word * per_word + k]) << (BITS * k);
+                        }
+                    }
+                    let packed = S::u32s::from_slice(simd, &packed[..S::u32s::LEN]);
+                    for k in 0..per_word.min(N - word * per_word) {
+                        let value = packed >> (BITS * k) as u32;
+                        let value = if BITS * (k + 1) < 32 { value & ((1u32 << BITS) - 1) } else { value };
+                        // Voxels fit in 16 bits: the signed conversion, one instruction everywhere, is right.
+                        let signed: S::i32s = value.bitcast();
+                        out[word * per_word + k] = signed.to_float();
+                    }
+                }
+                out
+            }
+        }
+    };
 }
-
-impl LaneVoxel for u16 {
-    #[inline(always)]
-    fn pairs<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 2] {
-        let both = S::u32s::from_fn(simd, |l| {
-            let v = &voxels[i[l] as usize..][..2];
-            u32::from(v[0]) | u32::from(v[1]) << 16
-        });
-        [to_float::<S>(both & 0xffff), to_float::<S>(both >> 16)]
-    }
-
-    #[inline(always)]
-    fn quads<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 4] {
-        let mut high = S::u32s::splat(simd, 0);
-        let low = S::u32s::from_fn(simd, |l| {
-            let v = &voxels[i[l] as usize - 1..][..4];
-            high[l] = u32::from(v[2]) | u32::from(v[3]) << 16;
-            u32::from(v[0]) | u32::from(v[1]) << 16
-        });
-        [
-            to_float::<S>(low & 0xffff),
-            to_float::<S>(low >> 16),
-            to_float::<S>(high & 0xffff),
-            to_float::<S>(high >> 16),
-        ]
-    }
-
-    #[inline(always)]
-    fn singles<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> S::f32s {
-        to_float::<S>(S::u32s::from_fn(simd, |l| u32::from(voxels[i[l] as usize])))
-    }
-}
+whole_lane_voxel!(u8);
+whole_lane_voxel!(u16);
 
 impl LaneVoxel for f32 {
     #[inline(always)]
-    fn pairs<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 2] {
-        let mut second = S::f32s::splat(simd, 0.0);
-        let first = S::f32s::from_fn(simd, |l| {
-            let v = &voxels[i[l] as usize..][..2];
-            second[l] = v[1];
-            v[0]
-        });
-        [first, second]
+    fn split<S: Simd, const N: usize>(simd: S, lanes: &[[Self; N]; MAX_LANES]) -> [S::f32s; N] {
+        let mut out = [S::f32s::splat(simd, 0.0); N];
+        for (k, out) in out.iter_mut().enumerate() {
+            let mut column = [0.0; MAX_LANES];
+            for l in 0..S::f32s::LEN {
+                column[l] = lanes[l][k];
+            }
+            *out = S::f32s::from_slice(simd, &column[..S::f32s::LEN]);
+        }
+        out
     }
-
-    #[inline(always)]
-    fn quads<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> [S::f32s; 4] {
-        let [before, first] = Self::pairs(simd, voxels, i - 1);
-        let [second, after] = Self::pairs(simd, voxels, i + 1);
-        [before, first, second, after]
-    }
-
-    #[inline(always)]
-    fn singles<S: Simd>(simd: S, voxels: &[Self], i: S::u32s) -> S::f32s {
-        S::f32s::from_fn(simd, |l| voxels[i[l] as usize])
-    }
-}
-
-#[inline(always)]
-fn to_float<S: Simd>(v: S::u32s) -> S::f32s {
-    // Voxels fit in 16 bits; the signed conversion is one instruction everywhere.
-    let signed: S::i32s = v.bitcast();
-    signed.to_float()
 }
 
 /// A volume's voxels and the shape that addresses them.
 #[derive(Clone, Copy)]
 pub(crate) struct Grid<'a, T> {
-    voxels: &'a [T],
+    voxels: LaneSource<'a, T>,
     /// Voxels along each axis.
     dimensions: [u32; 3],
 }
@@ -129,48 +78,55 @@ pub(crate) struct CellPosition<S: Simd> {
     fraction: [S::f32s; 3],
 }
 
-/// The rows of a cell and what is at hand after a value has been interpolated: the value along x on its four edges.
-#[derive(Clone, Copy)]
-pub(crate) struct Sampled<S: Simd> {
-    /// The value, a stored number.
-    pub(crate) value: S::f32s,
-}
-
 impl<'a, T: LaneVoxel> Grid<'a, T> {
     pub(crate) fn new(volume: &Volume, voxels: &'a [T]) -> Self {
-        Self { voxels, dimensions: volume.dimensions().to_array() }
+        Self { voxels: LaneSource::new(voxels), dimensions: volume.dimensions().to_array() }
     }
 
     /// The cells that hold positions in voxel space; positions outside are moved to the volume's border.
     #[inline(always)]
     pub(crate) fn locate<S: Simd>(&self, simd: S, p: [S::f32s; 3]) -> CellPosition<S> {
         let [nx, ny, nz] = self.dimensions;
-        let axis = |p: S::f32s, n: u32| {
-            let p = p.max(0.0).min((n - 1) as f32);
-            let cell: S::i32s = p.to_int();
-            let cell = cell.min(n as i32 - 2);
-            let low: S::f32s = cell.to_float();
-            let cell: S::u32s = cell.bitcast();
-            (cell, p - low)
-        };
-        let ((x, fx), (y, fy), (z, fz)) = (axis(p[0], nx), axis(p[1], ny), axis(p[2], nz));
-        let _ = simd;
+        let (x, fx) = cell_along::<S>(simd, p[0], nx);
+        let (y, fy) = cell_along::<S>(simd, p[1], ny);
+        let (z, fz) = cell_along::<S>(simd, p[2], nz);
         CellPosition { cell: [x, y, z], index: (z * ny + y) * nx + x, fraction: [fx, fy, fz] }
+    }
+
+    /// The values along x in the rows that begin at `index`: interpolated on the cell's edge.
+    #[inline(always)]
+    fn edge<S: Simd>(&self, simd: S, index: S::u32s, fx: S::f32s) -> S::f32s {
+        let [a, b] = T::split(simd, &self.voxels.pairs(simd, index));
+        lerp::<S>(a, b, fx)
     }
 
     /// The field at located positions.
     #[inline(always)]
-    pub(crate) fn value<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> Sampled<S> {
+    pub(crate) fn value<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> S::f32s {
         let [fx, fy, fz] = at.fraction;
         let row = self.dimensions[0];
         let plane = row * self.dimensions[1];
-        let edge = |offset: u32| {
-            let [a, b] = T::pairs(simd, self.voxels, at.index + offset);
-            lerp::<S>(a, b, fx)
+        let i = at.index;
+        let near = lerp::<S>(self.edge(simd, i, fx), self.edge(simd, i + row, fx), fy);
+        let far = lerp::<S>(self.edge(simd, i + plane, fx), self.edge(simd, i + (plane + row), fx), fy);
+        lerp::<S>(near, far, fz)
+    }
+
+    /// An edge of the cell along x: the value on it, and the difference along x (twice the derivative).
+    #[inline(always)]
+    fn long_edge<S: Simd>(&self, simd: S, index: S::u32s, x: S::u32s, fx: S::f32s) -> (S::f32s, S::f32s) {
+        let last = self.dimensions[0] - 2;
+        let inside = x.simd_gt(0) & x.simd_lt(last);
+        let [before, a, b, after] = if inside.all_true() {
+            T::split(simd, &self.voxels.fours(simd, index - 1))
+        } else {
+            // At the border the border's voxels repeat.
+            let [a, b] = T::split(simd, &self.voxels.pairs(simd, index));
+            let [before, _] = T::split(simd, &self.voxels.pairs(simd, index - down::<S>(simd, x, 1)));
+            let [_, after] = T::split(simd, &self.voxels.pairs(simd, index + up::<S>(simd, x, last, 1)));
+            [before, a, b, after]
         };
-        let near = lerp::<S>(edge(0), edge(row), fy);
-        let far = lerp::<S>(edge(plane), edge(plane + row), fy);
-        Sampled { value: lerp::<S>(near, far, fz) }
+        (lerp::<S>(a, b, fx), lerp::<S>(b - before, after - a, fx))
     }
 
     /// Twice the field's gradient in voxel space (stored numbers a voxel): central differences of the voxels,
@@ -179,48 +135,54 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
     pub(crate) fn gradient<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [S::f32s; 3] {
         let [nx, ny, nz] = self.dimensions;
         let [fx, fy, fz] = at.fraction;
-        let (row, plane) = (nx, nx * ny);
-        let zero = S::u32s::splat(simd, 0);
-        let step =
-            |on: <S::u32s as SimdBase<S>>::Mask, size: u32| on.select(S::u32s::splat(simd, size), zero);
         let [x, y, z] = at.cell;
+        let (row, plane) = (nx, nx * ny);
         // Distances to the voxel before the cell and to the one after it, 0 at the border.
-        let (down_y, up_y) = (step(y.simd_gt(0), row), step(y.simd_lt(ny - 2), row));
-        let (down_z, up_z) = (step(z.simd_gt(0), plane), step(z.simd_lt(nz - 2), plane));
-        let inside_x = x.simd_gt(0) & x.simd_lt(nx - 2);
-        let edge = |index: S::u32s| {
-            let [a, b] = T::pairs(simd, self.voxels, index);
-            lerp::<S>(a, b, fx)
-        };
-        // The four edges of the cell along x: value and difference along x.
-        let long_edge = |index: S::u32s| {
-            let [before, a, b, after] = if inside_x.all_true() {
-                T::quads(simd, self.voxels, index)
-            } else {
-                let (down_x, up_x) = (step(x.simd_gt(0), 1), step(x.simd_lt(nx - 2), 1));
-                let [a, b] = T::pairs(simd, self.voxels, index);
-                let before = T::singles(simd, self.voxels, index - down_x);
-                [before, a, b, T::singles(simd, self.voxels, index + 1 + up_x)]
-            };
-            (lerp::<S>(a, b, fx), lerp::<S>(b - before, after - a, fx))
-        };
-        let i = at.index;
-        let (v00, x00) = long_edge(i);
-        let (v10, x10) = long_edge(i + row);
-        let (v01, x01) = long_edge(i + plane);
-        let (v11, x11) = long_edge(i + (plane + row));
+        let (down_y, up_y) = (down::<S>(simd, y, row), up::<S>(simd, y, ny - 2, row));
+        let (down_z, up_z) = (down::<S>(simd, z, plane), up::<S>(simd, z, nz - 2, plane));
+        let (i00, i10) = (at.index, at.index + row);
+        let (i01, i11) = (at.index + plane, at.index + (plane + row));
+        let (v00, x00) = self.long_edge(simd, i00, x, fx);
+        let (v10, x10) = self.long_edge(simd, i10, x, fx);
+        let (v01, x01) = self.long_edge(simd, i01, x, fx);
+        let (v11, x11) = self.long_edge(simd, i11, x, fx);
         let gx = lerp::<S>(lerp::<S>(x00, x10, fy), lerp::<S>(x01, x11, fy), fz);
         // Along y: rows y-1 and y+2 beside the cell's own, on both planes.
-        let y0 = lerp::<S>(v10 - edge(i - down_y), edge(i + row + up_y) - v00, fy);
-        let y1 = lerp::<S>(v11 - edge(i + plane - down_y), edge(i + (plane + row) + up_y) - v01, fy);
+        let y0 =
+            lerp::<S>(v10 - self.edge(simd, i00 - down_y, fx), self.edge(simd, i10 + up_y, fx) - v00, fy);
+        let y1 =
+            lerp::<S>(v11 - self.edge(simd, i01 - down_y, fx), self.edge(simd, i11 + up_y, fx) - v01, fy);
         let gy = lerp::<S>(y0, y1, fz);
         // Along z: planes z-1 and z+2 beside the cell's own.
-        let before = lerp::<S>(edge(i - down_z), edge(i + row - down_z), fy);
-        let after = lerp::<S>(edge(i + plane + up_z), edge(i + (plane + row) + up_z), fy);
+        let before = lerp::<S>(self.edge(simd, i00 - down_z, fx), self.edge(simd, i10 - down_z, fx), fy);
+        let after = lerp::<S>(self.edge(simd, i01 + up_z, fx), self.edge(simd, i11 + up_z, fx), fy);
         let (near, far) = (lerp::<S>(v00, v10, fy), lerp::<S>(v01, v11, fy));
         let gz = lerp::<S>(far - before, after - near, fz);
         [gx, gy, gz]
     }
+}
+
+/// The cell of positions along an axis of `n` voxels, and where within it they lie.
+#[inline(always)]
+fn cell_along<S: Simd>(simd: S, p: S::f32s, n: u32) -> (S::u32s, S::f32s) {
+    let p = p.max(0.0).min((n - 1) as f32);
+    let cell: S::i32s = p.to_int();
+    // Bounded once more as a whole number: whatever a NaN became is a cell, too.
+    let cell = cell.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, n as i32 - 2));
+    let low: S::f32s = cell.to_float();
+    (cell.bitcast(), p - low)
+}
+
+/// `size` where there is a voxel before cell `c` of an axis, else 0.
+#[inline(always)]
+fn down<S: Simd>(simd: S, c: S::u32s, size: u32) -> S::u32s {
+    c.simd_gt(0).select(S::u32s::splat(simd, size), S::u32s::splat(simd, 0))
+}
+
+/// `size` where there is a voxel after cell `c` of an axis whose last cell is `last`, else 0.
+#[inline(always)]
+fn up<S: Simd>(simd: S, c: S::u32s, last: u32, size: u32) -> S::u32s {
+    c.simd_lt(last).select(S::u32s::splat(simd, size), S::u32s::splat(simd, 0))
 }
 
 /// `a + (b - a) * w`.

@@ -1,6 +1,13 @@
-//! Instruction sets: chosen once at run time, then every kernel is compiled for each of them.
+//! Instruction sets, chosen once at run time, and the one place with unsafe code: lanes filled from memory.
+//!
+//! Every kernel is compiled for AVX-512, AVX2 and the target's baseline. Kernels are written against
+//! [`fearless_simd`]'s safe vectors; what no safe crate has is filling lanes from scattered addresses at full speed.
+//! Scalar loads into a buffer, one each lane, beat hardware gathers by 1.8 to 2.8 times on current processors, but not
+//! if each of them is bounds-checked: [`LaneSource`] bounds all lanes with one vector instruction instead.
 
-use fearless_simd::Level;
+#![allow(unsafe_code, reason = "unchecked loads behind a vector-wide bound; see LaneSource")]
+
+use fearless_simd::{Level, Simd, SimdBase};
 
 /// Which instructions the kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -41,9 +48,6 @@ impl SimdChoice {
 
 /// What statistics call a level.
 pub(crate) fn level_name(level: Level) -> &'static str {
-    if level.is_fallback() {
-        return "scalar";
-    }
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     {
         if level.as_avx512().is_some() {
@@ -52,8 +56,178 @@ pub(crate) fn level_name(level: Level) -> &'static str {
         if level.as_avx2().is_some() {
             return "avx2";
         }
-        if level.as_sse4_2().is_some() { "sse4.2" } else { "sse2" }
     }
-    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    "neon"
+    #[cfg(target_arch = "aarch64")]
+    if level.as_neon().is_some() {
+        return "neon";
+    }
+    let _ = level;
+    "scalar"
+}
+
+/// Work that is compiled once for each instruction set.
+pub(crate) trait LaneWork {
+    /// Does it; implementations are `#[inline(always)]`, so that they take on the caller's instructions.
+    fn run<S: Simd>(self, simd: S);
+}
+
+/// Runs work with the instructions of a level. Between AVX2 and the oldest processors no level of its own is worth its
+/// compile time: they take the scalar kernels.
+pub(crate) fn dispatch(level: Level, work: impl LaneWork) {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        if let Some(simd) = level.as_avx512() {
+            return simd.vectorize(
+                #[inline(always)]
+                || work.run(simd),
+            );
+        }
+        if let Some(simd) = level.as_avx2() {
+            return simd.vectorize(
+                #[inline(always)]
+                || work.run(simd),
+            );
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    if let Some(simd) = level.as_neon() {
+        return simd.vectorize(
+            #[inline(always)]
+            || work.run(simd),
+        );
+    }
+    if let Level::Fallback(simd) = Level::fallback() {
+        work.run(simd);
+    }
+}
+
+/// The most lanes that any instruction set has.
+pub(crate) const MAX_LANES: usize = 16;
+
+/// Memory that lanes are filled from. Indices beyond its end are moved to its end, all lanes at once, so that no load
+/// can leave it, whatever a kernel computes.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneSource<'a, T>(&'a [T]);
+
+/// The fewest elements that a source must have: as many as the widest load takes.
+const WIDEST: usize = 4;
+
+impl<'a, T: Copy> LaneSource<'a, T> {
+    /// A source of at least four and at most `u32::MAX` elements.
+    pub(crate) fn new(elements: &'a [T]) -> Self {
+        assert!(
+            elements.len() >= WIDEST && u32::try_from(elements.len()).is_ok(),
+            "a grid of 2 x 2 x 2 voxels or more"
+        );
+        Self(elements)
+    }
+
+    /// `i`, moved so that `i + width` is not beyond the end.
+    #[inline(always)]
+    fn bounded<S: Simd>(self, simd: S, i: S::u32s, width: usize) -> S::u32s {
+        i.min(S::u32s::splat(simd, (self.0.len() - width) as u32))
+    }
+
+    /// `N` neighbouring elements from `i` on.
+    ///
+    /// # Safety
+    /// `i + N` must not be beyond the end.
+    #[inline(always)]
+    unsafe fn at<const N: usize>(self, i: u32) -> [T; N] {
+        debug_assert!(i as usize + N <= self.0.len());
+        // SAFETY: the caller keeps i + N within the slice; [T; N] has the alignment of T. Unchecked because a check a
+        // lane costs more than the load. Twin: `elements_are_those_of_the_slice` below.
+        unsafe { self.0.as_ptr().add(i as usize).cast::<[T; N]>().read() }
+    }
+
+    /// Element `i` of each lane.
+    #[inline(always)]
+    pub(crate) fn singles<S: Simd>(self, simd: S, i: S::u32s) -> [T; MAX_LANES]
+    where
+        T: Default,
+    {
+        let i = self.bounded(simd, i, 1);
+        let mut out = [T::default(); MAX_LANES];
+        for l in 0..S::u32s::LEN {
+            // SAFETY: `bounded` keeps i + 1 within the slice.
+            [out[l]] = unsafe { self.at(i.as_slice()[l]) };
+        }
+        out
+    }
+
+    /// Elements `i` to `i + 3` of each lane.
+    #[inline(always)]
+    pub(crate) fn fours<S: Simd>(self, simd: S, i: S::u32s) -> [[T; 4]; MAX_LANES]
+    where
+        T: Default,
+    {
+        let i = self.bounded(simd, i, 4);
+        let mut out = [[T::default(); 4]; MAX_LANES];
+        for l in 0..S::u32s::LEN {
+            // SAFETY: `bounded` keeps i + 4 within the slice.
+            out[l] = unsafe { self.at(i.as_slice()[l]) };
+        }
+        out
+    }
+
+    /// Elements `i` and `i + 1` of each lane.
+    #[inline(always)]
+    pub(crate) fn pairs<S: Simd>(self, simd: S, i: S::u32s) -> [[T; 2]; MAX_LANES]
+    where
+        T: Default,
+    {
+        let i = self.bounded(simd, i, 2);
+        let mut out = [[T::default(); 2]; MAX_LANES];
+        for l in 0..S::u32s::LEN {
+            // SAFETY: `bounded` keeps i + 2 within the slice.
+            out[l] = unsafe { self.at(i.as_slice()[l]) };
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Check<'a> {
+        data: &'a [u16],
+        indices: [u32; MAX_LANES],
+    }
+
+    impl LaneWork for Check<'_> {
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) {
+            let source = LaneSource::new(self.data);
+            let i = S::u32s::from_slice(simd, &self.indices[..S::u32s::LEN]);
+            let (one, two, four) = (source.singles(simd, i), source.pairs(simd, i), source.fours(simd, i));
+            for l in 0..S::u32s::LEN {
+                let at = |width: usize| (self.indices[l] as usize).min(self.data.len() - width);
+                assert_eq!(one[l], self.data[at(1)]);
+                assert_eq!(two[l], self.data[at(2)..at(2) + 2]);
+                assert_eq!(four[l], self.data[at(4)..at(4) + 4]);
+            }
+        }
+    }
+
+    #[test]
+    fn elements_are_those_of_the_slice_and_none_is_beyond_it() {
+        let data: Vec<u16> = (0..29).map(|i| i * 7).collect();
+        let indices = [0, 1, 5, 24, 25, 26, 27, 28, 29, 30, 1000, u32::MAX, u32::MAX - 1, 1 << 31, 3, 12];
+        for choice in [SimdChoice::Scalar, SimdChoice::Avx2, SimdChoice::Avx512, SimdChoice::Auto] {
+            if let Ok(level) = choice.level() {
+                for rotate in 0..MAX_LANES {
+                    let mut indices = indices;
+                    indices.rotate_left(rotate);
+                    dispatch(level, Check { data: &data, indices });
+                }
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "2 x 2 x 2")]
+    fn a_source_shorter_than_a_load_is_refused() {
+        LaneSource::new(&[1u8, 2, 3]);
+    }
 }

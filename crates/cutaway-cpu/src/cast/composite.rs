@@ -6,6 +6,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use super::{Kernel, pixel_of_lane};
 use crate::packet::{Packet, Runs};
 use crate::sample::{Grid, LaneVoxel};
+use crate::simd::LaneSource;
 use crate::tiles::{Frame, Tile};
 
 /// What a packet has accumulated.
@@ -37,12 +38,13 @@ pub(super) fn packet<S: Simd, T: LaneVoxel>(
         depth: S::f32s::splat(simd, f32::INFINITY),
     };
     let caster = Caster::new(simd, kernel, grid, packet);
-    let mut runs = Runs::new(packet);
-    let mut k = 0;
     let occupancy = &kernel.classification.occupancy;
+    let mut runs = Runs::new(packet, occupancy.dimensions());
+    let mut k = 0;
     while let Some(stretch) = runs.next(k, |_, walk| occupancy.next_run(walk)) {
         tile.runs += 1;
         k = stretch.begin;
+        let here = <S::f32s as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(stretch.lanes));
         while k < stretch.end {
             let until = stretch.end.min(k + CHECK_EVERY);
             let open = lanes_above(simd, sum.transmittance, kernel.opaque_below) & u64::from(stretch.lanes);
@@ -51,7 +53,7 @@ pub(super) fn packet<S: Simd, T: LaneVoxel>(
             }
             tile.samples += u64::from(open.count_ones()) * u64::from(until - k);
             for k in k..until {
-                caster.sample(simd, &mut sum, k, stretch.lanes);
+                caster.sample(simd, &mut sum, k, here);
             }
             k = until;
         }
@@ -72,6 +74,8 @@ struct Caster<'a, S: Simd, T> {
     kernel: &'a Kernel<'a>,
     grid: Grid<'a, T>,
     packet: &'a Packet<S>,
+    opacities: LaneSource<'a, f32>,
+    colors: LaneSource<'a, [f32; 4]>,
     light: Option<(&'a super::Shading, super::shading::PacketLight<S>)>,
 }
 
@@ -79,33 +83,32 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
     #[inline(always)]
     fn new(simd: S, kernel: &'a Kernel<'a>, grid: Grid<'a, T>, packet: &'a Packet<S>) -> Self {
         let light = kernel.shading.as_ref().map(|s| (s, s.packet_light(simd, packet)));
-        Self { kernel, grid, packet, light }
+        let opacities = LaneSource::new(&kernel.classification.opacities);
+        let colors = LaneSource::new(&kernel.classification.colors);
+        Self { kernel, grid, packet, opacities, colors, light }
     }
 
-    /// Takes sample `k` of the lanes in `lanes`.
+    /// Takes sample `k` of the lanes that are `here`.
     #[inline(always)]
-    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32, lanes: u32) {
+    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32, here: <S::f32s as SimdBase<S>>::Mask) {
         let (middle, length) = self.packet.sample(simd, k);
         let at = self.grid.locate(simd, self.packet.position(middle));
-        let value = self.grid.value(simd, &at).value;
-        let entries = &self.kernel.classification.entries;
-        let index = self.table_index(simd, value);
-        let mut alpha = S::f32s::from_fn(simd, |l| entries[index[l] as usize][3]);
-        let here = <S::f32s as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(lanes));
+        let index = self.table_index(simd, self.grid.value(simd, &at));
+        let alpha = S::f32s::from_slice(simd, &self.opacities.singles(simd, index)[..S::f32s::LEN]);
         let open = here & sum.transmittance.simd_ge(self.kernel.opaque_below);
-        let zero = S::f32s::splat(simd, 0.0);
-        alpha = open.select(alpha, zero);
+        let mut alpha = open.select(alpha, S::f32s::splat(simd, 0.0));
         if !alpha.simd_gt(0.0).any_true() {
             return;
         }
         if length.simd_lt(1.0).any_true() {
             alpha = shorter(simd, alpha, length);
         }
-        let mut color: [S::f32s; 3] =
-            std::array::from_fn(|c| S::f32s::from_fn(simd, |l| entries[index[l] as usize][c]));
+        let [mut r, mut g, mut b, _] = f32::split(simd, &self.colors.singles(simd, index));
         if let Some((shading, light)) = &self.light {
             let (factor, white) = shading.terms(simd, light, self.grid.gradient(simd, &at));
-            color = color.map(|c| c.mul_add(factor, white));
+            r = r.mul_add(factor, white);
+            g = g.mul_add(factor, white);
+            b = b.mul_add(factor, white);
         }
         let weight = sum.transmittance * alpha;
         let after = sum.transmittance - weight;
@@ -114,18 +117,17 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
             sum.depth =
                 passes_half.select(half_way(simd, middle, length, sum.transmittance, after), sum.depth);
         }
-        for (sum, color) in sum.color.iter_mut().zip(color) {
-            *sum = weight.mul_add(color, *sum);
-        }
+        let [sum_r, sum_g, sum_b] = sum.color;
+        sum.color = [weight.mul_add(r, sum_r), weight.mul_add(g, sum_g), weight.mul_add(b, sum_b)];
         sum.transmittance = after;
     }
 
     #[inline(always)]
-    fn table_index(&self, simd: S, value: S::f32s) -> S::i32s {
+    fn table_index(&self, simd: S, value: S::f32s) -> S::u32s {
         let (lo, scale) = self.kernel.classification.index_map;
-        let last = self.kernel.classification.entries.len() as i32 - 1;
+        let last = self.kernel.classification.opacities.len() as i32 - 1;
         let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
-        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last))
+        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
     }
 }
 

@@ -74,7 +74,7 @@ impl<'a> Surfaces<'a> {
     }
 
     fn cast(&mut self, kernel: &Kernel, lane: &LaneRay, step_length: f64, tile: &mut Tile) {
-        let mut walk = lane.walk();
+        let mut walk = lane.walk(kernel.classification.occupancy.dimensions());
         let t_exit = lane.t_entry + f64::from(lane.total) * step_length;
         let mut reached = lane.t_entry;
         while let Some((k0, k1)) = kernel.classification.occupancy.next_run(&mut walk) {

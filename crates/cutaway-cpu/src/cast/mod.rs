@@ -10,12 +10,13 @@ mod shading;
 
 use cutaway_core::scene::{Mode, Scene};
 use cutaway_core::with_voxels;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 
 use crate::classification::Classification;
 use crate::packet::{Packet, packet_shape};
 use crate::renderer::CpuVolume;
 use crate::sample::{Grid, LaneVoxel};
+use crate::simd::{LaneWork, dispatch};
 use crate::tiles::{Frame, TILE, Tile};
 use shading::Shading;
 
@@ -50,36 +51,38 @@ pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, x: u32, y: u32)
     } else {
         with_voxels!(frame.volume.voxels(), voxels => {
             let grid = Grid::new(frame.volume, voxels);
-            dispatch!(level, simd => packets(simd, kernel, frame, grid, &mut tile));
+            dispatch(level, TilePackets { kernel, frame, grid, tile: &mut tile });
         });
     }
     tile
 }
 
-/// Casts a tile packet by packet.
-#[inline(always)]
-fn packets<S: Simd, T: LaneVoxel>(
-    simd: S,
-    kernel: &Kernel,
-    frame: &Frame,
-    grid: Grid<'_, T>,
-    tile: &mut Tile,
-) {
-    let (width, height) = packet_shape(Packet::<S>::LANES);
-    for y in (0..TILE.min(frame.height - tile.y)).step_by(height as usize) {
-        for x in (0..TILE.min(frame.width - tile.x)).step_by(width as usize) {
-            let packet = Packet::<S>::new(simd, frame, tile.x + x, tile.y + y);
-            for lane in packet.lanes.iter().filter(|l| l.total > 0.0) {
-                tile.rays += 1;
-                tile.samples_without_skipping += lane.total.ceil() as u64;
-            }
-            let out = (y * TILE + x) as usize;
-            match kernel.scene.settings().mode {
-                Mode::Composite => composite::packet(simd, kernel, frame, grid, &packet, tile, out),
-                Mode::Mip | Mode::Minip | Mode::Mean => {
+/// A tile that is cast packet by packet.
+struct TilePackets<'a, T> {
+    kernel: &'a Kernel<'a>,
+    frame: &'a Frame<'a>,
+    grid: Grid<'a, T>,
+    tile: &'a mut Tile,
+}
+
+impl<T: LaneVoxel> LaneWork for TilePackets<'_, T> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { kernel, frame, grid, tile } = self;
+        let (width, height) = packet_shape(Packet::<S>::LANES);
+        for y in (0..TILE.min(frame.height - tile.y)).step_by(height as usize) {
+            for x in (0..TILE.min(frame.width - tile.x)).step_by(width as usize) {
+                let packet = Packet::<S>::new(simd, frame, tile.x + x, tile.y + y);
+                for lane in packet.lanes.iter().filter(|l| l.total > 0.0) {
+                    tile.rays += 1;
+                    tile.samples_without_skipping += lane.total.ceil() as u64;
+                }
+                let out = (y * TILE + x) as usize;
+                if kernel.scene.settings().mode == Mode::Composite {
+                    composite::packet(simd, kernel, frame, grid, &packet, tile, out);
+                } else {
                     projection::packet(simd, kernel, frame, grid, &packet, tile, out);
                 }
-                Mode::Iso => unreachable!("isosurfaces are cast ray by ray"),
             }
         }
     }

@@ -1,14 +1,16 @@
 //! Projections: the maximum, minimum or mean of the value along a ray, classified once.
 
 use cutaway_core::glam::UVec3;
-use cutaway_core::occupancy::BlockWalk;
+use cutaway_core::occupancy::{BlockState, BlockWalk};
 use cutaway_core::scene::{Mode, SpaceSkipping};
+use cutaway_core::value_ranges::BLOCK;
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase};
 
 use super::{Kernel, pixel_of_lane};
-use crate::packet::{MAX_LANES, Packet, Runs};
+use crate::packet::{Packet, Runs};
 use crate::sample::{Grid, LaneVoxel};
+use crate::simd::MAX_LANES;
 use crate::tiles::{Frame, Tile};
 
 #[inline(always)]
@@ -61,12 +63,15 @@ fn extremum<S: Simd, T: LaneVoxel>(
     sign: f32,
 ) -> Projected<S> {
     let ranges = kernel.volume.ranges();
-    let (d0, d1): (UVec3, UVec3) = (ranges.level0.dimensions, ranges.level1.dimensions);
+    let level1_index = |[x, y, z]: [i32; 3]| {
+        let b = UVec3::new(x as u32, y as u32, z as u32) / BLOCK;
+        ranges.level1.index(b)
+    };
     let skip = kernel.scene.settings().space_skipping == SpaceSkipping::Auto;
     let bound = |[lo, hi]: [f32; 2]| if sign > 0.0 { hi } else { -lo };
     let mut best = S::f32s::splat(simd, f32::NEG_INFINITY);
     let mut at = S::f32s::splat(simd, 0.0);
-    let mut runs = Runs::new(packet);
+    let mut runs = Runs::new(packet, ranges.level0.dimensions);
     let mut k = 0;
     loop {
         let mut bests = [f32::NEG_INFINITY; MAX_LANES];
@@ -75,7 +80,15 @@ fn extremum<S: Simd, T: LaneVoxel>(
         }
         let next_run = |l: usize, walk: &mut BlockWalk| {
             let beats = |range| !skip || bound(range) > bests[l];
-            walk.next_run(d1, |b| beats(ranges.level1.blocks[b]), d0, |b| beats(ranges.level0.blocks[b]))
+            walk.next_run(|index, block| {
+                if beats(ranges.level0.blocks[index]) {
+                    BlockState::Occupied
+                } else if beats(ranges.level1.blocks[level1_index(block)]) {
+                    BlockState::Empty
+                } else {
+                    BlockState::EmptyLevel1
+                }
+            })
         };
         let Some(stretch) = runs.next(k, next_run) else { break };
         tile.runs += 1;
@@ -84,7 +97,7 @@ fn extremum<S: Simd, T: LaneVoxel>(
         for k in stretch.begin..stretch.end {
             let (middle, _) = packet.sample(simd, k);
             let position = grid.locate(simd, packet.position(middle));
-            let value = grid.value(simd, &position).value * sign;
+            let value = grid.value(simd, &position) * sign;
             let better = here & value.simd_gt(best);
             best = better.select(value, best);
             at = better.select(middle, at);
@@ -97,7 +110,7 @@ fn extremum<S: Simd, T: LaneVoxel>(
         for offset in [-reach, reach] {
             let k = (center + offset).max(0.0).min(packet.total);
             let position = grid.locate(simd, packet.position(k));
-            let value = grid.value(simd, &position).value * sign;
+            let value = grid.value(simd, &position) * sign;
             let better = value.simd_gt(best);
             best = better.select(value, best);
             at = better.select(k, at);
@@ -117,7 +130,7 @@ fn mean<S: Simd, T: LaneVoxel>(
 ) -> Projected<S> {
     let zero = S::f32s::splat(simd, 0.0);
     let mut sum = zero;
-    let mut runs = Runs::new(packet);
+    let mut runs = Runs::new(packet, kernel.classification.occupancy.dimensions());
     let mut k = 0;
     while let Some(stretch) = runs.next(k, |_, walk| kernel.classification.occupancy.next_run(walk)) {
         tile.runs += 1;
@@ -126,7 +139,7 @@ fn mean<S: Simd, T: LaneVoxel>(
         for k in stretch.begin..stretch.end {
             let (middle, length) = packet.sample(simd, k);
             let position = grid.locate(simd, packet.position(middle));
-            let value = grid.value(simd, &position).value;
+            let value = grid.value(simd, &position);
             sum += here.select(value * length, zero);
         }
         k = stretch.end;

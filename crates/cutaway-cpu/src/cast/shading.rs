@@ -1,12 +1,11 @@
 //! Blinn-Phong on many lanes; the theory is in [`cutaway_core::lighting`].
 
 use cutaway_core::field::vanishing_gradient;
-use cutaway_core::glam::DVec3;
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::scene::Scene;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use crate::packet::Packet;
+use crate::packet::{Packet, vector3};
 
 /// A scene's light, ready for kernels.
 pub(super) struct Shading {
@@ -50,11 +49,9 @@ impl Shading {
     #[inline(always)]
     pub(super) fn packet_light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> PacketLight<S> {
         let directions = packet.lanes.map(|lane| self.lighting.directions(lane.direction));
-        let vector =
-            |pick: &dyn Fn(&(DVec3, DVec3)) -> f64| S::f32s::from_fn(simd, |i| pick(&directions[i]) as f32);
         PacketLight {
-            l: [vector(&|d| d.0.x), vector(&|d| d.0.y), vector(&|d| d.0.z)],
-            h: [vector(&|d| d.1.x), vector(&|d| d.1.y), vector(&|d| d.1.z)],
+            l: vector3(simd, directions.map(|d| d.0.as_vec3())),
+            h: vector3(simd, directions.map(|d| d.1.as_vec3())),
             headlight: self.lighting.light.is_none(),
         }
     }
@@ -67,15 +64,13 @@ impl Shading {
         light: &PacketLight<S>,
         gradient: [S::f32s; 3],
     ) -> (S::f32s, S::f32s) {
-        let m = &self.world_from_stored;
-        let world = |r: usize| gradient[0] * m[r][0] + gradient[1] * m[r][1] + gradient[2] * m[r][2];
-        let g = [world(0), world(1), world(2)];
-        let squared = g[0].mul_add(g[0], g[1].mul_add(g[1], g[2] * g[2]));
+        let [rx, ry, rz] = self.world_from_stored;
+        let g = [dot_row::<S>(gradient, rx), dot_row::<S>(gradient, ry), dot_row::<S>(gradient, rz)];
+        let squared = dot::<S>(g, g);
         // n = -g / |g|; where there is no gradient the division's result is not used.
         let inverse = S::f32s::splat(simd, -1.0) / squared.sqrt();
-        let n_dot = |v: &[S::f32s; 3]| g[0].mul_add(v[0], g[1].mul_add(v[1], g[2] * v[2])) * inverse;
-        let n_dot_l = n_dot(&light.l);
-        let n_dot_h = if light.headlight { n_dot_l } else { n_dot(&light.h) };
+        let n_dot_l = dot::<S>(g, light.l) * inverse;
+        let n_dot_h = if light.headlight { n_dot_l } else { dot::<S>(g, light.h) * inverse };
         let (d, s) = self.curves::<S>(n_dot_l, n_dot_h);
         let has_normal = squared.simd_gt(self.vanishing_squared);
         let d = has_normal.select(d, S::f32s::splat(simd, self.mean.0));
@@ -94,6 +89,16 @@ impl Shading {
             }
         }
     }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: [S::f32s; 3], b: [S::f32s; 3]) -> S::f32s {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+#[inline(always)]
+fn dot_row<S: Simd>(v: [S::f32s; 3], row: [f32; 3]) -> S::f32s {
+    v[0].mul_add(row[0], v[1].mul_add(row[1], v[2] * row[2]))
 }
 
 /// An exponent: small whole ones by squaring, others lane by lane.
