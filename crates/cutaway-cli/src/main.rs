@@ -1,2 +1,44 @@
-//! Placeholder.
-fn main() {}
+//! `cutaway`: renders volumes and cuts them open.
+//!
+//! Exit codes: 0 done, 1 failed, 2 wrong use. Errors are one line on standard error: what was wrong, where, what to do.
+#![forbid(unsafe_code)]
+
+mod args;
+mod commands;
+mod load;
+mod report;
+mod scene;
+mod unavailable;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Cli, Command};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return unavailable::explain(error),
+    };
+    match run(cli.command) {
+        Ok(code) => code,
+        Err(error) => {
+            report::error(&error);
+            ExitCode::from(if error.is::<report::WrongUse>() { 2 } else { 1 })
+        }
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<ExitCode> {
+    match command {
+        Command::Render(args) => commands::render::run(&args)?,
+        Command::Info(args) => commands::info::run(&args)?,
+        Command::Compare(args) => return commands::compare::run(&args),
+        Command::Presets(args) => commands::presets::run(&args)?,
+        Command::Schema => commands::schema::run()?,
+        Command::Bench(args) => commands::bench::run(&args)?,
+        Command::Completions { shell } => commands::completions::run(shell),
+    }
+    Ok(ExitCode::SUCCESS)
+}

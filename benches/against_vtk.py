@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""cutaway's CPU engine beside VTK's CPU mapper, scene by scene, in one run: prints a table of times and ratios.
+
+    benches/against_vtk.py --peers PEERS --python PYTHON [--cutaway target/release/cutaway] [--only NAME] [--frames 20]
+
+PEERS is a folder with bench_vtk.py (one VTK measurement, one JSON line), scenes.json (camera, light, transfer functions)
+and volumes/NAME.raw + NAME.json; PYTHON is an interpreter that has VTK. Both renderers get the same volume, transfer
+function, light, orbit, image size and sampling distance (one voxel), one after the other, so that the ratio holds even
+where the times do not carry over to another machine.
+"""
+import argparse
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+
+# name, volume, transfer function, shaded, mode
+SCENES = [
+    ("head256 opaque, shaded", "head_256_u16", "opaque", True, "composite"),
+    ("head256 medium, shaded", "head_256_u16", "medium", True, "composite"),
+    ("head256 transparent, unshaded", "head_256_u16", "transparent", False, "composite"),
+    ("head256 transparent, shaded", "head_256_u16", "transparent", True, "composite"),
+    ("head256 MIP", "head_256_u16", "opaque", False, "mip"),
+    ("vessel512 opaque, shaded", "vessel_512_u16", "opaque", True, "composite"),
+    ("head512 opaque, shaded", "head_512_u16", "opaque", True, "composite"),
+    ("Marschner-Lobb 256 transparent, unshaded", "ml_256_u8", "transparent", False, "composite"),
+    ("engine opaque, shaded", "engine", "opaque", True, "composite"),
+    ("bonsai medium, shaded", "bonsai", "medium", True, "composite"),
+]
+
+
+def family(volume):
+    for name in ("head", "vessel", "ml"):
+        if volume.startswith(name):
+            return name
+    return "u8"
+
+
+def points(color, opacity):
+    """Separate colour and opacity functions as one list of points (a point wherever either has one)."""
+
+    def at(nodes, value):
+        if value <= nodes[0][0]:
+            return nodes[0][1:]
+        for a, b in zip(nodes, nodes[1:]):
+            if value <= b[0]:
+                w = (value - a[0]) / (b[0] - a[0])
+                return [p + (q - p) * w for p, q in zip(a[1:], b[1:])]
+        return nodes[-1][1:]
+
+    values = sorted({n[0] for n in color} | {n[0] for n in opacity})
+    return [{"value": v, "color": list(at(color, v)), "opacity": at(opacity, v)[0]} for v in values]
+
+
+def scene(definitions, meta, path, tf, shade, mode):
+    camera, light = definitions["camera"], definitions["shading"]
+    function = definitions["mip"][meta["dtype"]] if mode == "mip" else definitions["presets"][family(meta["name"])][tf]
+    azimuth, elevation = math.radians(camera["az0_deg"]), math.radians(camera["elevation_deg"])
+    direction = [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
+    # A raw volume's first voxel is at the origin; the scenes centre theirs on the focal point.
+    focal = [f - o for f, o in zip(camera["focal"], meta["origin"])]
+    return {
+        "volume": {"path": path, "dims": meta["dims"], "spacing": meta["spacing"],
+                   "type": {"u8": "uint8", "u16": "uint16"}[meta["dtype"]]},
+        "transfer_function": {"unit_distance": definitions["opacity_unit"],
+                              "points": points(function["color"], function["opacity"])},
+        "camera": {"position": [f + camera["distance"] * d for f, d in zip(focal, direction)], "focal_point": focal,
+                   "view_up": camera["up"], "view_angle": camera["fov_y_deg"]},
+        "lighting": {"shade": shade, "ambient": light["ambient"], "diffuse": light["diffuse"],
+                     "specular": light["specular"], "specular_power": light["power"]},
+        "render": {"mode": mode, "step": 1.0, "engine": "cpu", "resolution": [512, 512]},
+    }
+
+
+def run_cutaway(binary, description, frames, png):
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "scene.json")
+        with open(path, "w") as file:
+            json.dump(description, file)
+        command = [binary, "bench", "frame", "--scene", path, "--frames", str(frames), "--orbit", "360", "--threads", "2"]
+        command += ["--output", png] if png else []
+        return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def run_vtk(peers, python, volume, tf, shade, mode, frames, png):
+    command = [python, os.path.join(peers, "bench_vtk.py"), "--mapper", "fixed", "--volume", volume, "--size", "512",
+               "--frames", str(frames)]
+    command += ["--blend", "mip"] if mode == "mip" else ["--tf", tf]
+    command += ["--shade"] if shade else []
+    command += ["--png", png] if png else []
+    environment = dict(os.environ, VTK_DEFAULT_OPENGL_WINDOW="vtkOSOpenGLRenderWindow")
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    if not lines:
+        sys.exit(f"VTK failed on {volume}: {done.stderr[-300:]}")
+    return json.loads(lines[-1])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--peers", required=True)
+    parser.add_argument("--python", required=True)
+    parser.add_argument("--cutaway", default="target/release/cutaway")
+    parser.add_argument("--only", default="")
+    parser.add_argument("--frames", type=int, default=20)
+    parser.add_argument("--images", help="folder for the first frame of both")
+    parser.add_argument("--skip-vtk", action="store_true")
+    a = parser.parse_args()
+    with open(os.path.join(a.peers, "scenes.json")) as file:
+        definitions = json.load(file)
+    print("| scene | VTK ms | cutaway ms | VTK / cutaway | VTK first frame ms | prepare + classify + first ms | VTK MB | cutaway MB |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    for name, volume, tf, shade, mode in SCENES:
+        if a.only not in name:
+            continue
+        folder = os.path.join(a.peers, "volumes")
+        with open(os.path.join(folder, volume + ".json")) as file:
+            meta = dict(json.load(file), name=volume)
+        png = lambda who: a.images and os.path.join(a.images, f"{name.replace(' ', '_').replace(',', '')}_{who}.png")
+        description = scene(definitions, meta, os.path.abspath(os.path.join(folder, volume + ".raw")), tf, shade, mode)
+        ours = run_cutaway(a.cutaway, description, a.frames, png("cutaway"))
+        first = ours["prepare_ms"] + ours["classify_ms"] + ours["frame_ms"]["max"]
+        ms, mb = ours["frame_ms"]["median"], ours["peak_rss_bytes"] / 1e6
+        if a.skip_vtk:
+            print(f"| {name} | | {ms:.1f} | | | {first:.0f} | | {mb:.0f} |", flush=True)
+            continue
+        vtk = run_vtk(a.peers, a.python, volume, tf, shade, mode, a.frames, png("vtk"))
+        print(f"| {name} | {vtk['ms_median']:.1f} | {ms:.1f} | {vtk['ms_median'] / ms:.2f} | {vtk['first_frame_ms']:.0f} "
+              f"| {first:.0f} | {vtk['peak_rss_mb']:.0f} | {mb:.0f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

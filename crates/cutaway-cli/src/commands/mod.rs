@@ -1,0 +1,11 @@
+//! One file a command.
+
+pub(crate) mod bench;
+pub(crate) mod compare;
+pub(crate) mod completions;
+pub(crate) mod info;
+pub(crate) mod presets;
+pub(crate) mod render;
+pub(crate) mod schema;
+mod session;
+mod statistics;

@@ -1,0 +1,104 @@
+//! What is said on standard error: errors, notices, progress.
+
+use std::fmt;
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// An error that lies in how the program was called: exit code 2.
+#[derive(Debug)]
+pub(crate) struct WrongUse(String);
+
+impl fmt::Display for WrongUse {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for WrongUse {}
+
+/// Wrong use, with this message.
+pub(crate) fn wrong_use(message: impl Into<String>) -> anyhow::Error {
+    anyhow::Error::new(WrongUse(message.into()))
+}
+
+/// One line on standard error.
+pub(crate) fn error(error: &anyhow::Error) {
+    let line = format!("{error:#}").replace(['\n', '\r'], " ");
+    eprintln!("error: {line}");
+}
+
+/// How much is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Verbosity {
+    Quiet,
+    Normal,
+    Verbose,
+}
+
+impl Verbosity {
+    pub(crate) fn new(quiet: bool, verbose: bool) -> Self {
+        if quiet {
+            Self::Quiet
+        } else if verbose {
+            Self::Verbose
+        } else {
+            Self::Normal
+        }
+    }
+
+    /// Something the user should know.
+    pub(crate) fn notice(self, message: &str) {
+        if self >= Self::Normal {
+            eprintln!("note: {message}");
+        }
+    }
+
+    /// Something that a curious user wants to know.
+    pub(crate) fn detail(self, message: impl FnOnce() -> String) {
+        if self >= Self::Verbose {
+            eprintln!("{}", message());
+        }
+    }
+
+    /// A progress bar that shows itself, on a terminal, once work takes over a second.
+    pub(crate) fn progress(self, what: &'static str) -> Progress {
+        let visible = self >= Self::Normal && std::io::stderr().is_terminal();
+        Progress { what, started: std::time::Instant::now(), visible, bar: Mutex::new(None) }
+    }
+}
+
+/// See [`Verbosity::progress`].
+pub(crate) struct Progress {
+    what: &'static str,
+    started: std::time::Instant,
+    visible: bool,
+    bar: Mutex<Option<ProgressBar>>,
+}
+
+impl Progress {
+    /// The finished share, 0..=1.
+    pub(crate) fn set(&self, share: f32) {
+        if !self.visible || self.started.elapsed() < Duration::from_secs(1) {
+            return;
+        }
+        // A poisoned lock means another thread failed while drawing: the work matters more than the bar.
+        let Ok(mut bar) = self.bar.lock() else { return };
+        let bar = bar.get_or_insert_with(|| {
+            let bar = ProgressBar::new(1000).with_message(self.what).with_elapsed(self.started.elapsed());
+            let style = ProgressStyle::with_template("{msg} [{bar:32}] {percent}% {elapsed} left {eta}");
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        bar.set_position((share * 1000.0) as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Ok(Some(bar)) = self.bar.lock().map(|mut bar| bar.take()) {
+            bar.finish_and_clear();
+        }
+    }
+}
