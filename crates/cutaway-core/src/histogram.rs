@@ -93,18 +93,23 @@ fn rebin(whole: &[u64], bin: &impl Fn(f32) -> usize, bins: usize) -> Vec<u64> {
     counts
 }
 
+/// How far the object reaches down from Otsu's threshold towards the mean of the background.
+const FAINT: f64 = 0.3;
+
 /// Bins of the histogram behind the default transfer function.
 const BINS: usize = 256;
 
 /// A transfer function for a volume that nobody described: background (air) transparent, the bulk of the object
 /// translucent, its brightest parts dense; opacity per mean voxel spacing.
 ///
-/// The background is the peak at the low end of the histogram: Otsu's threshold (1979), which splits the values into
-/// two classes of least variance, is its upper end. Above it opacity rises over the percentiles of what is left.
+/// Otsu's threshold (1979) splits the values into two classes of least variance: background and object. The object
+/// begins a little below it, so that its faint parts stay; above, opacity rises over the percentiles of what is left.
 pub fn default_transfer_function(volume: &Volume) -> TransferFunction {
     let histogram = Histogram::new(volume, BINS);
     let [lo, hi] = histogram.range;
-    let foreground = foreground_bin(&histogram);
+    let otsu = otsu_threshold(&histogram.counts);
+    let background = mean_bin(&histogram.counts[..otsu]);
+    let foreground = (otsu as f64 - FAINT * (otsu as f64 - background)) as usize;
     let start = histogram.center(foreground);
     let [low, middle, high] = [0.1, 0.5, 0.95].map(|share| histogram.percentile_from(foreground, share));
     let point = |value: f64, color: [f64; 3], opacity: f64| ControlPoint { value, color, opacity };
@@ -124,27 +129,10 @@ pub fn default_transfer_function(volume: &Volume) -> TransferFunction {
     TransferFunction::new(points).expect("values were made to ascend")
 }
 
-/// Where the background ends.
-fn foreground_bin(histogram: &Histogram) -> usize {
-    let counts = &histogram.counts;
-    // What nearly every voxel has is background even if it is a single bin: leave it out of the classes' variance.
-    let empty = usize::from(counts[0] * 4 > counts.iter().sum::<u64>());
-    let otsu = otsu_threshold(&counts[empty..]) + empty;
-    // Otsu between tissue and bone would hide the tissue: never take away more than the lower third of what is there.
-    let third = histogram_bin_of_share(&counts[empty..], 1.0 / 3.0) + empty;
-    if empty == 1 { otsu.min(third).max(1) } else { otsu }
-}
-
-fn histogram_bin_of_share(counts: &[u64], share: f64) -> usize {
-    let wanted = (counts.iter().sum::<u64>() as f64 * share) as u64;
-    let mut sum = 0;
-    counts
-        .iter()
-        .position(|n| {
-            sum += n;
-            sum > wanted
-        })
-        .unwrap_or(0)
+fn mean_bin(counts: &[u64]) -> f64 {
+    let total: u64 = counts.iter().sum();
+    let sum: f64 = counts.iter().enumerate().map(|(i, n)| i as f64 * *n as f64).sum();
+    if total == 0 { 0.0 } else { sum / total as f64 }
 }
 
 /// The first bin of the upper of two classes with the largest variance between them.
