@@ -148,9 +148,9 @@ impl<'a, T: Copy> LaneSource<'a, T> {
     {
         let i = self.bounded(simd, i, 1);
         let mut out = [T::default(); MAX_LANES];
-        for l in 0..S::u32s::LEN {
+        for (out, &i) in out.iter_mut().zip(i.as_slice()) {
             // SAFETY: `bounded` keeps i + 1 within the slice.
-            [out[l]] = unsafe { self.at(i.as_slice()[l]) };
+            [*out] = unsafe { self.at(i) };
         }
         out
     }
@@ -163,9 +163,9 @@ impl<'a, T: Copy> LaneSource<'a, T> {
     {
         let i = self.bounded(simd, i, 4);
         let mut out = [[T::default(); 4]; MAX_LANES];
-        for l in 0..S::u32s::LEN {
+        for (out, &i) in out.iter_mut().zip(i.as_slice()) {
             // SAFETY: `bounded` keeps i + 4 within the slice.
-            out[l] = unsafe { self.at(i.as_slice()[l]) };
+            *out = unsafe { self.at(i) };
         }
         out
     }
@@ -178,9 +178,9 @@ impl<'a, T: Copy> LaneSource<'a, T> {
     {
         let i = self.bounded(simd, i, 2);
         let mut out = [[T::default(); 2]; MAX_LANES];
-        for l in 0..S::u32s::LEN {
+        for (out, &i) in out.iter_mut().zip(i.as_slice()) {
             // SAFETY: `bounded` keeps i + 2 within the slice.
-            out[l] = unsafe { self.at(i.as_slice()[l]) };
+            *out = unsafe { self.at(i) };
         }
         out
     }

@@ -5,9 +5,10 @@ use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::Image;
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, SpaceSkipping};
+use cutaway_core::scene::{Mode, RenderSettings, SpaceSkipping};
 use cutaway_core::volume::Volume;
-use cutaway_cpu::{CpuRenderer, SimdChoice, Statistics};
+use cutaway_cpu::{CpuRenderer, SimdChoice};
+use cutaway_testing::engines::cpu;
 use cutaway_testing::scenes::{SMALL, framed, oblique_noise, soft, uniform};
 use cutaway_testing::tolerances::{EXACT, SAME_KERNEL, STEPPED, Tolerance, assert_close};
 
@@ -24,13 +25,6 @@ fn settings(mode: Mode, volume: &Volume) -> RenderSettings {
         early_termination: if mode == Mode::Iso { 1.0 } else { 0.999 },
         ..RenderSettings::default()
     }
-}
-
-fn cpu(scene: &Scene, simd: SimdChoice, threads: usize) -> (Image, Statistics) {
-    let renderer = CpuRenderer::new(threads, simd).unwrap();
-    let volume = renderer.prepare(scene.volume()).unwrap();
-    let classification = renderer.classify(&volume, scene);
-    renderer.render(&volume, &classification, scene, &|_| {})
 }
 
 /// The instruction sets of this processor.

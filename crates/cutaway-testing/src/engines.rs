@@ -1,0 +1,16 @@
+//! Rendering a scene with an engine in one call.
+
+use cutaway_core::image::Image;
+use cutaway_core::scene::Scene;
+use cutaway_cpu::{CpuRenderer, SimdChoice, Statistics};
+
+/// The CPU engine's image of a scene. `threads`: 0 for one a core.
+///
+/// # Panics
+/// If the processor lacks the instructions asked for.
+pub fn cpu(scene: &Scene, simd: SimdChoice, threads: usize) -> (Image, Statistics) {
+    let renderer = CpuRenderer::new(threads, simd).expect("an instruction set that this processor has");
+    let volume = renderer.prepare(scene.volume()).expect("a volume that the engine can address");
+    let classification = renderer.classify(&volume, scene);
+    renderer.render(&volume, &classification, scene, &|_| {})
+}

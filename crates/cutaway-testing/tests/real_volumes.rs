@@ -1,0 +1,108 @@
+//! The CPU engine against the reference on real volumes, in every mode, at a quarter of a voxel: the table of errors.
+//!
+//! The two bundled samples are always there. The others are looked for in the folder that `CUTAWAY_DATA` names, or in
+//! `../shared/data` beside the repository; a test whose volume is not there shows as ignored.
+//! `cargo test -p cutaway-testing --test real_volumes -- --nocapture` prints the table.
+
+use std::path::{Path, PathBuf};
+
+use cutaway_core::histogram::{Histogram, default_for_mode};
+use cutaway_core::image::compare::compare;
+use cutaway_core::lighting::Lighting;
+use cutaway_core::reference;
+use cutaway_core::scene::{Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::volume::Volume;
+use cutaway_cpu::SimdChoice;
+use cutaway_io::samples::read_sample;
+use cutaway_io::volume::{ReadOptions, read_volume};
+use cutaway_testing::engines::cpu;
+use libtest_mimic::{Arguments, Failed, Trial};
+
+/// The bound of the project: root mean square over pixels and channels at step 0.25.
+const LARGEST_RMSE: f64 = 0.002;
+
+/// Where light on noise needs a finer step: the normals of this tissue turn within a fraction of a voxel (both at half
+/// the step are a quarter as far off, as the midpoint rule should be).
+const NOISY: [(&str, f64); 2] = [("mr-head", 0.003), ("cranium.mhd", 0.004)];
+
+const SIZE: [u32; 2] = [121, 91];
+
+const SAMPLES: [&str; 2] = ["mr-head", "bonsai"];
+const FILES: [&str; 6] = [
+    "engine_256x256x128_uint8.raw",
+    "cranium.mhd",
+    "CT_pitch.nii.gz",
+    "brain1_image.nrrd",
+    "foot_zfp8_256x256x256_uint8.nhdr",
+    "mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz",
+];
+
+fn data_folder() -> PathBuf {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    std::env::var_os("CUTAWAY_DATA").map_or_else(beside, PathBuf::from).join("volumes")
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let mut trials: Vec<Trial> = SAMPLES
+        .iter()
+        .map(|name| Trial::test(format!("sample_{name}"), move || against_reference(name, &sample(name)?)))
+        .collect();
+    for name in FILES {
+        let path = data_folder().join(name);
+        let there = path.exists();
+        let trial = Trial::test(name, move || {
+            against_reference(name, &read_volume(&path, &ReadOptions::default())?.value)
+        });
+        trials.push(trial.with_ignored_flag(!there));
+    }
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+fn sample(name: &str) -> Result<Volume, Failed> {
+    Ok(read_sample(name, &ReadOptions::default())?.value)
+}
+
+fn against_reference(name: &str, volume: &Volume) -> Result<(), Failed> {
+    let mut worst: f64 = 0.0;
+    for (mode, shade) in [
+        (Mode::Composite, true),
+        (Mode::Composite, false),
+        (Mode::Iso, true),
+        (Mode::Mip, false),
+        (Mode::Minip, false),
+        (Mode::Mean, false),
+    ] {
+        let scene = scene(volume, mode, shade);
+        let c = compare(&reference::render(&scene), &cpu(&scene, SimdChoice::Auto, 0).0)?;
+        let bias = c.bias.iter().fold(0.0f64, |a, b| if b.abs() > a.abs() { *b } else { a });
+        let (rmse, largest) = (c.rmse, c.largest_difference);
+        let mode = mode.name();
+        println!(
+            "| {name} | {mode}{} | {rmse:.5} | {bias:+.5} | {largest:.3} |",
+            if shade { ", shaded" } else { "" }
+        );
+        worst = worst.max(rmse);
+    }
+    if worst <= LARGEST_RMSE {
+        Ok(())
+    } else {
+        Err(format!("rmse {worst:.5}, at most {LARGEST_RMSE}").into())
+    }
+}
+
+fn scene(volume: &Volume, mode: Mode, shade: bool) -> Scene<'_> {
+    let histogram = Histogram::new(volume, 256);
+    let settings = RenderSettings {
+        mode,
+        step: 0.25,
+        resolution: SIZE,
+        // Halfway up what is not background.
+        iso: if mode == Mode::Iso { vec![histogram.percentile_from(64, 0.5)] } else { vec![] },
+        ..RenderSettings::default()
+    };
+    let camera = default_camera(volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
+    let lighting = Lighting { shade, ..Lighting::default() };
+    Scene::new(volume, &default_for_mode(volume, mode), None, camera, lighting, settings)
+        .expect("a valid scene")
+}
