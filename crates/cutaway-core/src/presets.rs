@@ -107,7 +107,7 @@ pub fn by_name(name: &str) -> Option<&'static Preset> {
     all().iter().find(|p| p.name.eq_ignore_ascii_case(name))
 }
 
-/// A volume's own scale of intensities: four landmarks of its histogram, linear between them.
+/// A volume's own scale of intensities: five landmarks of its histogram, linear between them.
 ///
 /// | share | landmark |
 /// |---|---|
@@ -115,13 +115,14 @@ pub fn by_name(name: &str) -> Option<&'static Preset> {
 /// | 0.25 | where the background ends (Otsu's threshold, 1979) |
 /// | 0.5 | the median of what is above it |
 /// | 1 | the 99.5th percentile of what is above it |
+/// | 1.25 | the greatest value |
 ///
 /// Landmarks make intensities comparable that have no unit (Nyúl, Udupa and Zhang, "New variants of a method of MRI
-/// scale standardization", 2000); a few outliers do not move them.
+/// scale standardization", 2000); outliers move none but the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobustScale {
     /// The values of the landmarks, in the volume's units; they do not decrease.
-    pub landmarks: [f64; 4],
+    pub landmarks: [f64; 5],
 }
 
 /// Bins of the histogram that landmarks are measured in.
@@ -129,7 +130,7 @@ const BINS: usize = 4096;
 
 impl RobustScale {
     /// The shares of the landmarks.
-    pub const SHARES: [f64; 4] = [0.0, 0.25, 0.5, 1.0];
+    pub const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 1.25];
 
     /// Measures a volume.
     pub fn of(volume: &Volume) -> Self {
@@ -139,12 +140,12 @@ impl RobustScale {
         let end = lo + foreground as f64 / BINS as f64 * (hi - lo);
         let [middle, high] = [0.5, 0.995].map(|share| histogram.percentile_from(foreground, share).min(hi));
         // The middle of the bin that both are in may lie above either.
-        Self { landmarks: [lo, end, middle.max(end), high.max(middle).max(end)] }
+        Self { landmarks: [lo, end, middle.max(end), high.max(middle).max(end), hi] }
     }
 
-    /// The value at a share; shares outside 0..=1 take the nearest landmark.
+    /// The value at a share; shares outside 0..=1.25 take the nearest landmark.
     pub fn value(&self, share: f64) -> f64 {
-        let upper = Self::SHARES.partition_point(|s| *s <= share).clamp(1, 3);
+        let upper = Self::SHARES.partition_point(|s| *s <= share).clamp(1, Self::SHARES.len() - 1);
         let (s, v) = (&Self::SHARES[upper - 1..=upper], &self.landmarks[upper - 1..=upper]);
         let w = ((share - s[0]) / (s[1] - s[0])).clamp(0.0, 1.0);
         v[0] + (v[1] - v[0]) * w
@@ -223,7 +224,7 @@ mod tests {
             assert!(preset.opacities.windows(2).all(|w| w[0].0 < w[1].0), "{}", preset.name);
             let mut positions = preset.colors.iter().map(|p| p.0).chain(preset.opacities.iter().map(|p| p.0));
             if preset.scale == Scale::Relative {
-                assert!(positions.all(|p| (0.0..=1.0).contains(&p)), "{}", preset.name);
+                assert!(positions.all(|p| (0.0..=1.25).contains(&p)), "{}", preset.name);
             }
         }
     }
@@ -264,10 +265,10 @@ mod tests {
         for (a, b) in one.landmarks.iter().zip(seven.landmarks) {
             assert!((7.0 * a - b).abs() <= 7.0 * 0.2, "{one:?} {seven:?}");
         }
-        let [lo, end, middle, high] = one.landmarks;
+        let [lo, end, middle, high, greatest] = one.landmarks;
         assert!(lo == 0.0 && end > 23.0 && end < 220.0, "{one:?}");
         assert!((220.0..360.0).contains(&middle) && (480.0..=523.0).contains(&high), "{one:?}");
-        assert_eq!((one.value(-1.0), one.value(0.25), one.value(2.0)), (lo, end, high));
+        assert_eq!((one.value(-1.0), one.value(0.25), one.value(2.0)), (lo, end, greatest));
         assert!((one.value(0.75) - 0.5 * (middle + high)).abs() < 1e-9);
     }
 
