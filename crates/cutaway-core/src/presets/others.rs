@@ -23,7 +23,7 @@ const fn unlit(mode: Mode, preset: Preset) -> Preset {
 }
 
 /// Black to white, darker in the middle: maxima along rays are brighter than what they are maxima of.
-const GRAY: Colors = &[(0.15, [0.0; 3]), (0.5, [0.22; 3]), (1.0, [0.8; 3]), (1.25, [1.0; 3])];
+const GRAY: Colors = &[(0.15, [0.0; 3]), (0.5, [0.30; 3]), (1.0, [0.8; 3]), (1.25, [1.0; 3])];
 
 pub(super) const PRESETS: &[Preset] = &[
     lit(
