@@ -26,6 +26,8 @@ pub enum BlockState {
 pub struct Occupancy {
     /// Blocks of [`BLOCK`]³ cells; each also knows about its level-1 block.
     states: BlockGrid<BlockState>,
+    /// Whether any block of a level-1 block is occupied.
+    level1: BlockGrid<bool>,
 }
 
 impl Occupancy {
@@ -37,8 +39,8 @@ impl Occupancy {
 
     /// Every block occupied: no skipping.
     pub fn full(ranges: &ValueRanges) -> Self {
-        let blocks = vec![BlockState::Occupied; ranges.level0.blocks.len()];
-        Self { states: BlockGrid { dimensions: ranges.level0.dimensions, blocks } }
+        let blocks = vec![true; ranges.level0.blocks.len()];
+        Self::from_level0(BlockGrid { dimensions: ranges.level0.dimensions, blocks })
     }
 
     fn from_level0(occupied: BlockGrid<bool>) -> Self {
@@ -57,12 +59,29 @@ impl Occupancy {
             })
         };
         let blocks = (0..(d.y * d.z) as usize).into_par_iter().flat_map_iter(row).collect();
-        Self { states: BlockGrid { dimensions: d, blocks } }
+        Self { states: BlockGrid { dimensions: d, blocks }, level1 }
     }
 
     /// Whether a level-0 block is occupied.
     pub fn is_occupied(&self, b: UVec3) -> bool {
         self.states.get(b) == BlockState::Occupied
+    }
+
+    /// Whether the level-0 block of a linear index is occupied.
+    #[inline]
+    pub fn level0(&self, index: usize) -> bool {
+        self.states.blocks[index] == BlockState::Occupied
+    }
+
+    /// Whether any block in the level-1 block of a linear index is occupied.
+    #[inline]
+    pub fn level1(&self, index: usize) -> bool {
+        self.level1.blocks[index]
+    }
+
+    /// Level-1 blocks along x, y, z.
+    pub fn level1_dimensions(&self) -> UVec3 {
+        self.level1.dimensions
     }
 
     /// Level-0 blocks along x, y, z.

@@ -11,7 +11,7 @@
 //! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame).
 //!
 //! Inside: the image is cut into tiles ([`tiles`]), a tile into packets of neighbouring pixels, one pixel a SIMD lane
-//! ([`packet`]); a packet is cast by one of three kernels ([`cast`]) that share one field sampler ([`sample`]).
+//! ([`packet`]); a packet finds its way past empty blocks ([`slabs`]) and is cast by one of three kernels ([`cast`]) that share one field sampler ([`sample`]).
 #![deny(unsafe_code)]
 
 mod cast;
@@ -20,6 +20,7 @@ mod packet;
 mod renderer;
 mod sample;
 mod simd;
+mod slabs;
 mod tiles;
 
 pub use classification::Classification;

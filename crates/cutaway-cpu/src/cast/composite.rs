@@ -4,9 +4,10 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use super::{Kernel, pixel_of_lane};
-use crate::packet::{Packet, Runs};
+use crate::packet::Packet;
 use crate::sample::{Grid, LaneVoxel};
 use crate::simd::LaneSource;
+use crate::slabs::SlabWalk;
 use crate::tiles::{Frame, Tile};
 
 /// What a packet has accumulated.
@@ -39,34 +40,32 @@ pub(super) fn packet<S: Simd, T: LaneVoxel>(
     };
     let caster = Caster::new(simd, kernel, grid, packet);
     let occupancy = &kernel.classification.occupancy;
-    let mut runs = Runs::new(packet, occupancy.dimensions());
-    let mut k = 0;
-    while let Some(stretch) = runs.next(k, |_, walk| occupancy.next_run(walk)) {
+    let mut walk = SlabWalk::new(packet, occupancy.dimensions());
+    let (dimensions0, dimensions1) = (occupancy.dimensions(), occupancy.level1_dimensions());
+    while let Some(stretch) = walk.next(
+        |r| r.any(dimensions0, |b| occupancy.level0(b)),
+        |r| r.any(dimensions1, |b| occupancy.level1(b)),
+    ) {
         tile.runs += 1;
-        k = stretch.begin;
-        let here = <S::f32s as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(stretch.lanes));
+        let mut k = stretch.begin;
         while k < stretch.end {
             let until = stretch.end.min(k + CHECK_EVERY);
-            let open = lanes_above(simd, sum.transmittance, kernel.opaque_below) & u64::from(stretch.lanes);
+            let inside = packet.total.simd_gt(k as f32);
+            let open = (inside & sum.transmittance.simd_ge(kernel.opaque_below)).to_bitmask();
             if open == 0 {
                 break;
             }
             tile.samples += u64::from(open.count_ones()) * u64::from(until - k);
             for k in k..until {
-                caster.sample(simd, &mut sum, k, here);
+                caster.sample(simd, &mut sum, k);
             }
             k = until;
         }
-        k = stretch.end;
-        runs.finish(!lanes_above(simd, sum.transmittance, kernel.opaque_below) as u32);
+        if !sum.transmittance.simd_ge(kernel.opaque_below).any_true() {
+            break;
+        }
     }
     write(simd, frame, packet, &sum, tile, out);
-}
-
-/// Bits of the lanes whose transmittance is not yet below the threshold.
-#[inline(always)]
-fn lanes_above<S: Simd>(_simd: S, transmittance: S::f32s, threshold: f32) -> u64 {
-    transmittance.simd_ge(threshold).to_bitmask()
 }
 
 /// What every sample of a packet needs.
@@ -88,14 +87,14 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
         Self { kernel, grid, packet, opacities, colors, light }
     }
 
-    /// Takes sample `k` of the lanes that are `here`.
+    /// Takes sample `k` of the lanes that are still open.
     #[inline(always)]
-    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32, here: <S::f32s as SimdBase<S>>::Mask) {
+    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32) {
         let (middle, length) = self.packet.sample(simd, k);
         let at = self.grid.locate(simd, self.packet.position(middle));
         let index = self.table_index(simd, self.grid.value(simd, &at));
         let alpha = S::f32s::from_slice(simd, &self.opacities.singles(simd, index)[..S::f32s::LEN]);
-        let open = here & sum.transmittance.simd_ge(self.kernel.opaque_below);
+        let open = length.simd_gt(0.0) & sum.transmittance.simd_ge(self.kernel.opaque_below);
         let mut alpha = open.select(alpha, S::f32s::splat(simd, 0.0));
         if !alpha.simd_gt(0.0).any_true() {
             return;

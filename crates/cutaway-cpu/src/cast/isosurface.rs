@@ -20,7 +20,7 @@ pub(super) fn tile(kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
     for y in 0..TILE.min(frame.height - tile.y) {
         for x in 0..TILE.min(frame.width - tile.x) {
             let (px, py) = (tile.x + x, tile.y + y);
-            let lane = LaneRay::new(&frame.rays, frame.volume, frame.step_length, px, py);
+            let lane = LaneRay::new(frame, px, py);
             if lane.total > 0.0 {
                 tile.rays += 1;
                 let mut surfaces = Surfaces::new(kernel, frame.rays.pixel(px, py), vanishing);

@@ -1,16 +1,13 @@
 //! Projections: the maximum, minimum or mean of the value along a ray, classified once.
 
-use cutaway_core::glam::UVec3;
-use cutaway_core::occupancy::{BlockState, BlockWalk};
 use cutaway_core::scene::{Mode, SpaceSkipping};
-use cutaway_core::value_ranges::BLOCK;
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase};
 
 use super::{Kernel, pixel_of_lane};
-use crate::packet::{Packet, Runs};
+use crate::packet::Packet;
 use crate::sample::{Grid, LaneVoxel};
-use crate::simd::MAX_LANES;
+use crate::slabs::SlabWalk;
 use crate::tiles::{Frame, Tile};
 
 #[inline(always)]
@@ -25,7 +22,7 @@ pub(super) fn packet<S: Simd, T: LaneVoxel>(
 ) {
     let rescale = frame.volume.rescale();
     let projected = match kernel.scene.settings().mode {
-        Mode::Mean => mean(simd, kernel, grid, packet, tile),
+        Mode::Mean => mean(simd, grid, packet, tile),
         mode => {
             // A falling rescale turns the greatest value into the least stored number.
             let greatest = (mode == Mode::Mip) == (rescale.slope > 0.0);
@@ -63,46 +60,33 @@ fn extremum<S: Simd, T: LaneVoxel>(
     sign: f32,
 ) -> Projected<S> {
     let ranges = kernel.volume.ranges();
-    let level1_index = |[x, y, z]: [i32; 3]| {
-        let b = UVec3::new(x as u32, y as u32, z as u32) / BLOCK;
-        ranges.level1.index(b)
-    };
-    let skip = kernel.scene.settings().space_skipping == SpaceSkipping::Auto;
+    let (blocks0, blocks1) = (&ranges.level0, &ranges.level1);
     let bound = |[lo, hi]: [f32; 2]| if sign > 0.0 { hi } else { -lo };
     let mut best = S::f32s::splat(simd, f32::NEG_INFINITY);
     let mut at = S::f32s::splat(simd, 0.0);
-    let mut runs = Runs::new(packet, ranges.level0.dimensions);
-    let mut k = 0;
+    let mut walk = SlabWalk::new(packet, blocks0.dimensions);
+    if kernel.scene.settings().space_skipping == SpaceSkipping::Off {
+        walk = walk.without_skipping();
+    }
     loop {
-        let mut bests = [f32::NEG_INFINITY; MAX_LANES];
-        for (l, b) in bests[..Packet::<S>::LANES].iter_mut().enumerate() {
-            *b = best[l];
-        }
-        let next_run = |l: usize, walk: &mut BlockWalk| {
-            let beats = |range| !skip || bound(range) > bests[l];
-            walk.next_run(|index, block| {
-                if beats(ranges.level0.blocks[index]) {
-                    BlockState::Occupied
-                } else if beats(ranges.level1.blocks[level1_index(block)]) {
-                    BlockState::Empty
-                } else {
-                    BlockState::EmptyLevel1
-                }
-            })
-        };
-        let Some(stretch) = runs.next(k, next_run) else { break };
+        let least = least_of_hit(packet, &best);
+        let beats = |range| bound(range) > least;
+        let stretch = walk.next(
+            |r| r.any(blocks0.dimensions, |b| beats(blocks0.blocks[b])),
+            |r| r.any(blocks1.dimensions, |b| beats(blocks1.blocks[b])),
+        );
+        let Some(stretch) = stretch else { break };
         tile.runs += 1;
-        let here = <S::f32s as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(stretch.lanes));
-        tile.samples += u64::from(stretch.lanes.count_ones()) * u64::from(stretch.end - stretch.begin);
         for k in stretch.begin..stretch.end {
-            let (middle, _) = packet.sample(simd, k);
+            let (middle, length) = packet.sample(simd, k);
             let position = grid.locate(simd, packet.position(middle));
             let value = grid.value(simd, &position) * sign;
-            let better = here & value.simd_gt(best);
+            let inside = length.simd_gt(0.0);
+            tile.samples += u64::from(inside.to_bitmask().count_ones());
+            let better = inside & value.simd_gt(best);
             best = better.select(value, best);
             at = better.select(middle, at);
         }
-        k = stretch.end;
     }
     // The extremum lies between samples: close in on it from the best one.
     for reach in [0.5, 0.25, 0.125, 0.0625] {
@@ -119,30 +103,32 @@ fn extremum<S: Simd, T: LaneVoxel>(
     Projected { stored: best * sign, k: at }
 }
 
+/// The least of the bests of the lanes that meet the volume.
+#[inline(always)]
+fn least_of_hit<S: Simd>(packet: &Packet<S>, best: &S::f32s) -> f32 {
+    let hit = packet.lanes.iter().zip(best.as_slice()).filter(|(lane, _)| lane.total > 0.0);
+    hit.fold(f32::INFINITY, |least, (_, best)| least.min(*best))
+}
+
 /// The mean stored number; the last, shorter step of a ray counts for its length.
 #[inline(always)]
 fn mean<S: Simd, T: LaneVoxel>(
     simd: S,
-    kernel: &Kernel,
     grid: Grid<'_, T>,
     packet: &Packet<S>,
     tile: &mut Tile,
 ) -> Projected<S> {
     let zero = S::f32s::splat(simd, 0.0);
     let mut sum = zero;
-    let mut runs = Runs::new(packet, kernel.classification.occupancy.dimensions());
-    let mut k = 0;
-    while let Some(stretch) = runs.next(k, |_, walk| kernel.classification.occupancy.next_run(walk)) {
-        tile.runs += 1;
-        tile.samples += u64::from(stretch.lanes.count_ones()) * u64::from(stretch.end - stretch.begin);
-        let here = <S::f32s as SimdBase<S>>::Mask::from_bitmask(simd, u64::from(stretch.lanes));
-        for k in stretch.begin..stretch.end {
-            let (middle, length) = packet.sample(simd, k);
-            let position = grid.locate(simd, packet.position(middle));
-            let value = grid.value(simd, &position);
-            sum += here.select(value * length, zero);
-        }
-        k = stretch.end;
+    let end = packet.total.as_slice().iter().fold(0.0f32, |a, b| a.max(*b)).ceil() as u32;
+    tile.runs += 1;
+    for k in 0..end {
+        let (middle, length) = packet.sample(simd, k);
+        let position = grid.locate(simd, packet.position(middle));
+        let value = grid.value(simd, &position);
+        let inside = length.simd_gt(0.0);
+        tile.samples += u64::from(inside.to_bitmask().count_ones());
+        sum += inside.select(value * length, zero);
     }
     Projected { stored: sum / packet.total, k: zero }
 }
