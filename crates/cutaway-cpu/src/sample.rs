@@ -6,60 +6,60 @@ use cutaway_core::volume::Volume;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, SimdBase};
 
-use crate::simd::{LaneSource, MAX_LANES};
+use crate::simd::{LaneSource, PackedVoxel};
 
 /// A stored voxel type that lanes can be filled with.
-pub(crate) trait LaneVoxel: Copy + Default + Send + Sync + 'static {
-    /// The voxels of each lane, apart and as floats.
-    fn split<S: Simd, const N: usize>(simd: S, lanes: &[[Self; N]; MAX_LANES]) -> [S::f32s; N];
+pub(crate) trait LaneVoxel: PackedVoxel + Send + Sync + 'static {
+    /// The voxels of packed pairs, as floats.
+    fn unpack_pair<S: Simd>(words: [S::u32s; 2]) -> [S::f32s; 2];
+
+    /// The voxels of packed fours, as floats.
+    fn unpack_four<S: Simd>(words: [S::u32s; 4]) -> [S::f32s; 4];
 }
 
-/// Packed lanes of whole numbers as vectors: one vector load a 32-bit word of each lane, shifts for what is inside.
-macro_rules! whole_lane_voxel {
-    ($t:ty) => {
-        impl LaneVoxel for $t {
-            #[inline(always)]
-            fn split<S: Simd, const N: usize>(simd: S, lanes: &[[Self; N]; MAX_LANES]) -> [S::f32s; N] {
-                const BITS: usize = 8 * size_of::<$t>();
-                let mut out = [S::f32s::splat(simd, 0.0); N];
-                for word in 0..(N * BITS).div_ceil(32) {
-                    let per_word = 32 / BITS;
-                    let mut packed = [0u32; MAX_LANES];
-                    for l in 0..S::u32s::LEN {
-                        for k in 0..per_word.min(N - word * per_word) {
-                            packed[l] |= u32::from(lanes[l][word * per_word + k]) << (BITS * k);
-                        }
-                    }
-                    let packed = S::u32s::from_slice(simd, &packed[..S::u32s::LEN]);
-                    for k in 0..per_word.min(N - word * per_word) {
-                        let value = packed >> (BITS * k) as u32;
-                        let value = if BITS * (k + 1) < 32 { value & ((1u32 << BITS) - 1) } else { value };
-                        // Voxels fit in 16 bits: the signed conversion, one instruction everywhere, is right.
-                        let signed: S::i32s = value.bitcast();
-                        out[word * per_word + k] = signed.to_float();
-                    }
-                }
-                out
-            }
-        }
-    };
+impl LaneVoxel for u8 {
+    #[inline(always)]
+    fn unpack_pair<S: Simd>([w, _]: [S::u32s; 2]) -> [S::f32s; 2] {
+        [to_float::<S>(w & 0xff), to_float::<S>(w >> 8)]
+    }
+
+    #[inline(always)]
+    fn unpack_four<S: Simd>([w, ..]: [S::u32s; 4]) -> [S::f32s; 4] {
+        let low = [to_float::<S>(w & 0xff), to_float::<S>((w >> 8) & 0xff)];
+        [low[0], low[1], to_float::<S>((w >> 16) & 0xff), to_float::<S>(w >> 24)]
+    }
 }
-whole_lane_voxel!(u8);
-whole_lane_voxel!(u16);
+
+impl LaneVoxel for u16 {
+    #[inline(always)]
+    fn unpack_pair<S: Simd>([w, _]: [S::u32s; 2]) -> [S::f32s; 2] {
+        [to_float::<S>(w & 0xffff), to_float::<S>(w >> 16)]
+    }
+
+    #[inline(always)]
+    fn unpack_four<S: Simd>([low, high, ..]: [S::u32s; 4]) -> [S::f32s; 4] {
+        let first = [to_float::<S>(low & 0xffff), to_float::<S>(low >> 16)];
+        [first[0], first[1], to_float::<S>(high & 0xffff), to_float::<S>(high >> 16)]
+    }
+}
 
 impl LaneVoxel for f32 {
     #[inline(always)]
-    fn split<S: Simd, const N: usize>(simd: S, lanes: &[[Self; N]; MAX_LANES]) -> [S::f32s; N] {
-        let mut out = [S::f32s::splat(simd, 0.0); N];
-        for (k, out) in out.iter_mut().enumerate() {
-            let mut column = [0.0; MAX_LANES];
-            for l in 0..S::f32s::LEN {
-                column[l] = lanes[l][k];
-            }
-            *out = S::f32s::from_slice(simd, &column[..S::f32s::LEN]);
-        }
-        out
+    fn unpack_pair<S: Simd>([a, b]: [S::u32s; 2]) -> [S::f32s; 2] {
+        [a.bitcast(), b.bitcast()]
     }
+
+    #[inline(always)]
+    fn unpack_four<S: Simd>([a, b, c, d]: [S::u32s; 4]) -> [S::f32s; 4] {
+        [a.bitcast(), b.bitcast(), c.bitcast(), d.bitcast()]
+    }
+}
+
+/// Voxels of at most 16 bits as floats: the signed conversion, one instruction everywhere, is right for them.
+#[inline(always)]
+fn to_float<S: Simd>(v: S::u32s) -> S::f32s {
+    let signed: S::i32s = v.bitcast();
+    signed.to_float()
 }
 
 /// A volume's voxels and the shape that addresses them.
@@ -96,7 +96,7 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
     /// The values along x in the rows that begin at `index`: interpolated on the cell's edge.
     #[inline(always)]
     fn edge<S: Simd>(&self, simd: S, index: S::u32s, fx: S::f32s) -> S::f32s {
-        let [a, b] = T::split(simd, &self.voxels.pairs(simd, index));
+        let [a, b] = T::unpack_pair::<S>(self.voxels.pairs(simd, index));
         lerp::<S>(a, b, fx)
     }
 
@@ -118,12 +118,12 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
         let last = self.dimensions[0] - 2;
         let inside = x.simd_gt(0) & x.simd_lt(last);
         let [before, a, b, after] = if inside.all_true() {
-            T::split(simd, &self.voxels.fours(simd, index - 1))
+            T::unpack_four::<S>(self.voxels.fours(simd, index - 1))
         } else {
             // At the border the border's voxels repeat.
-            let [a, b] = T::split(simd, &self.voxels.pairs(simd, index));
-            let [before, _] = T::split(simd, &self.voxels.pairs(simd, index - down::<S>(simd, x, 1)));
-            let [_, after] = T::split(simd, &self.voxels.pairs(simd, index + up::<S>(simd, x, last, 1)));
+            let [a, b] = T::unpack_pair::<S>(self.voxels.pairs(simd, index));
+            let [before, _] = T::unpack_pair::<S>(self.voxels.pairs(simd, index - down::<S>(simd, x, 1)));
+            let [_, after] = T::unpack_pair::<S>(self.voxels.pairs(simd, index + up::<S>(simd, x, last, 1)));
             [before, a, b, after]
         };
         (lerp::<S>(a, b, fx), lerp::<S>(b - before, after - a, fx))

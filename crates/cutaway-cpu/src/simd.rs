@@ -155,34 +155,96 @@ impl<'a, T: Copy> LaneSource<'a, T> {
         out
     }
 
-    /// Elements `i` to `i + 3` of each lane.
+    /// Elements `i` and `i + 1` of each lane, packed into [`PackedVoxel::PAIR`] vectors of words; the rest are zero.
     #[inline(always)]
-    pub(crate) fn fours<S: Simd>(self, simd: S, i: S::u32s) -> [[T; 4]; MAX_LANES]
+    pub(crate) fn pairs<S: Simd>(self, simd: S, i: S::u32s) -> [S::u32s; 2]
     where
-        T: Default,
-    {
-        let i = self.bounded(simd, i, 4);
-        let mut out = [[T::default(); 4]; MAX_LANES];
-        for (out, &i) in out.iter_mut().zip(i.as_slice()) {
-            // SAFETY: `bounded` keeps i + 4 within the slice.
-            *out = unsafe { self.at(i) };
-        }
-        out
-    }
-
-    /// Elements `i` and `i + 1` of each lane.
-    #[inline(always)]
-    pub(crate) fn pairs<S: Simd>(self, simd: S, i: S::u32s) -> [[T; 2]; MAX_LANES]
-    where
-        T: Default,
+        T: PackedVoxel,
     {
         let i = self.bounded(simd, i, 2);
-        let mut out = [[T::default(); 2]; MAX_LANES];
-        for (out, &i) in out.iter_mut().zip(i.as_slice()) {
+        let mut words = [[0; MAX_LANES]; 2];
+        for (l, &i) in i.as_slice().iter().enumerate() {
             // SAFETY: `bounded` keeps i + 2 within the slice.
-            *out = unsafe { self.at(i) };
+            let packed = T::pack_pair(unsafe { self.at(i) });
+            for w in 0..T::PAIR {
+                words[w][l] = packed[w];
+            }
         }
-        out
+        words.map(|w| S::u32s::from_slice(simd, &w[..S::u32s::LEN]))
+    }
+
+    /// Elements `i` to `i + 3` of each lane, packed into [`PackedVoxel::FOUR`] vectors of words; the rest are zero.
+    #[inline(always)]
+    pub(crate) fn fours<S: Simd>(self, simd: S, i: S::u32s) -> [S::u32s; 4]
+    where
+        T: PackedVoxel,
+    {
+        let i = self.bounded(simd, i, 4);
+        let mut words = [[0; MAX_LANES]; 4];
+        for (l, &i) in i.as_slice().iter().enumerate() {
+            // SAFETY: `bounded` keeps i + 4 within the slice.
+            let packed = T::pack_four(unsafe { self.at(i) });
+            for w in 0..T::FOUR {
+                words[w][l] = packed[w];
+            }
+        }
+        words.map(|w| S::u32s::from_slice(simd, &w[..S::u32s::LEN]))
+    }
+}
+
+/// An element of which several fit in a 32-bit word: a neighbourhood is then one load and one store a lane.
+pub(crate) trait PackedVoxel: Copy {
+    /// Words that two and four elements take.
+    const PAIR: usize;
+    const FOUR: usize;
+    /// Two elements, the first lowest.
+    fn pack_pair(v: [Self; 2]) -> [u32; 2];
+    /// Four elements, the first lowest.
+    fn pack_four(v: [Self; 4]) -> [u32; 4];
+}
+
+impl PackedVoxel for u8 {
+    const PAIR: usize = 1;
+    const FOUR: usize = 1;
+
+    #[inline(always)]
+    fn pack_pair(v: [Self; 2]) -> [u32; 2] {
+        [u32::from(u16::from_le_bytes(v)), 0]
+    }
+
+    #[inline(always)]
+    fn pack_four(v: [Self; 4]) -> [u32; 4] {
+        [u32::from_le_bytes(v), 0, 0, 0]
+    }
+}
+
+impl PackedVoxel for u16 {
+    const PAIR: usize = 1;
+    const FOUR: usize = 2;
+
+    #[inline(always)]
+    fn pack_pair([a, b]: [Self; 2]) -> [u32; 2] {
+        [u32::from(a) | u32::from(b) << 16, 0]
+    }
+
+    #[inline(always)]
+    fn pack_four([a, b, c, d]: [Self; 4]) -> [u32; 4] {
+        [u32::from(a) | u32::from(b) << 16, u32::from(c) | u32::from(d) << 16, 0, 0]
+    }
+}
+
+impl PackedVoxel for f32 {
+    const PAIR: usize = 2;
+    const FOUR: usize = 4;
+
+    #[inline(always)]
+    fn pack_pair(v: [Self; 2]) -> [u32; 2] {
+        v.map(f32::to_bits)
+    }
+
+    #[inline(always)]
+    fn pack_four(v: [Self; 4]) -> [u32; 4] {
+        v.map(f32::to_bits)
     }
 }
 
@@ -200,12 +262,14 @@ mod tests {
         fn run<S: Simd>(self, simd: S) {
             let source = LaneSource::new(self.data);
             let i = S::u32s::from_slice(simd, &self.indices[..S::u32s::LEN]);
-            let (one, two, four) = (source.singles(simd, i), source.pairs(simd, i), source.fours(simd, i));
+            let (one, [two, _], [low, high, _, _]) =
+                (source.singles(simd, i), source.pairs(simd, i), source.fours(simd, i));
             for l in 0..S::u32s::LEN {
                 let at = |width: usize| (self.indices[l] as usize).min(self.data.len() - width);
+                let word = |i: usize| u32::from(self.data[i]) | u32::from(self.data[i + 1]) << 16;
                 assert_eq!(one[l], self.data[at(1)]);
-                assert_eq!(two[l], self.data[at(2)..at(2) + 2]);
-                assert_eq!(four[l], self.data[at(4)..at(4) + 4]);
+                assert_eq!(two[l], word(at(2)));
+                assert_eq!((low[l], high[l]), (word(at(4)), word(at(4) + 2)));
             }
         }
     }

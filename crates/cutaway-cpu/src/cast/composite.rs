@@ -6,7 +6,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use super::{Kernel, pixel_of_lane};
 use crate::packet::Packet;
 use crate::sample::{Grid, LaneVoxel};
-use crate::simd::LaneSource;
+use crate::simd::{LaneSource, MAX_LANES};
 use crate::slabs::SlabWalk;
 use crate::tiles::{Frame, Tile};
 
@@ -102,7 +102,7 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
         if length.simd_lt(1.0).any_true() {
             alpha = shorter(simd, alpha, length);
         }
-        let [mut r, mut g, mut b, _] = f32::split(simd, &self.colors.singles(simd, index));
+        let [mut r, mut g, mut b] = columns(simd, &self.colors.singles(simd, index));
         if let Some((shading, light)) = &self.light {
             let (factor, white) = shading.terms(simd, light, self.grid.gradient(simd, &at));
             r = r.mul_add(factor, white);
@@ -128,6 +128,17 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
         let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
         index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
     }
+}
+
+/// Red, green and blue of many lanes.
+#[inline(always)]
+fn columns<S: Simd>(simd: S, colors: &[[f32; 4]; MAX_LANES]) -> [S::f32s; 3] {
+    let n = S::f32s::LEN;
+    [
+        S::f32s::from_slice(simd, &colors.map(|c| c[0])[..n]),
+        S::f32s::from_slice(simd, &colors.map(|c| c[1])[..n]),
+        S::f32s::from_slice(simd, &colors.map(|c| c[2])[..n]),
+    ]
 }
 
 /// Opacity of `length` steps (at most one) where that of a whole step is `alpha`: the last stretch of a ray is short.
