@@ -7,6 +7,7 @@
 //! Arrays are x fastest, then y, then z. The volume occupies the box between its outermost voxel *centres*.
 
 use glam::{DAffine3, DVec3, UVec3};
+use rayon::prelude::*;
 
 use crate::space::{WorldFrame, orientation_letters};
 
@@ -289,7 +290,7 @@ impl Volume {
     }
 
     /// A volume from a file's bytes: `bytes.len()` must be the voxel count times the size of `voxel_type`.
-    /// 8-bit data are taken over without a copy.
+    /// 8-bit data are taken over without a copy, 16-bit data are copied once.
     pub fn from_bytes(
         dimensions: UVec3,
         voxel_type: VoxelType,
@@ -304,14 +305,19 @@ impl Volume {
             return Err(VolumeError::VoxelCount { dimensions, expected, found: bytes.len() / size });
         }
         let native = if cfg!(target_endian = "little") { Endian::Little } else { Endian::Big };
-        if endian != native && size > 1 {
-            bytes.chunks_exact_mut(size).for_each(<[u8]>::reverse);
+        if endian != native && size > 2 {
+            bytes
+                .par_chunks_mut(CHUNK * size)
+                .for_each(|c| c.chunks_exact_mut(size).for_each(<[u8]>::reverse));
         }
         let stored = match voxel_type {
-            VoxelType::U8 => store::<u8>(bytes),
-            VoxelType::I8 => store::<i8>(typed(&bytes)),
-            VoxelType::U16 => store::<u16>(typed(&bytes)),
-            VoxelType::I16 => store::<i16>(typed(&bytes)),
+            VoxelType::U8 => Stored::exact(Voxels::U8(bytes), 0.0),
+            VoxelType::I8 => {
+                bytes.par_chunks_mut(CHUNK).for_each(|c| c.iter_mut().for_each(|b| *b ^= 0x80));
+                Stored::exact(Voxels::U8(bytes), I8_OFFSET)
+            }
+            VoxelType::U16 => Stored::exact(Voxels::U16(words(&bytes, endian, 0)), 0.0),
+            VoxelType::I16 => Stored::exact(Voxels::U16(words(&bytes, endian, 0x8000)), I16_OFFSET),
             VoxelType::U32 => store::<u32>(typed(&bytes)),
             VoxelType::I32 => store::<i32>(typed(&bytes)),
             VoxelType::U64 => store::<u64>(typed(&bytes)),
@@ -489,11 +495,32 @@ impl Stored {
     }
 }
 
+/// Elements that a thread works on at a time.
+const CHUNK: usize = 1 << 18;
+
+/// What is added to the stored number of a signed voxel: flipping its highest bit made it unsigned.
+const I8_OFFSET: f64 = -128.0;
+const I16_OFFSET: f64 = -32768.0;
+
+/// 16-bit voxels from a file's bytes, `flip` exclusive-ored to each.
+fn words(bytes: &[u8], endian: Endian, flip: u16) -> Vec<u16> {
+    let mut words = vec![0u16; bytes.len() / 2];
+    words.par_chunks_mut(CHUNK).zip(bytes.par_chunks(2 * CHUNK)).for_each(|(words, bytes)| {
+        let pairs = words.iter_mut().zip(bytes.chunks_exact(2));
+        match endian {
+            Endian::Little => pairs.for_each(|(w, b)| *w = u16::from_le_bytes([b[0], b[1]]) ^ flip),
+            Endian::Big => pairs.for_each(|(w, b)| *w = u16::from_be_bytes([b[0], b[1]]) ^ flip),
+        }
+    });
+    words
+}
+
 /// Smallest and largest of a non-empty slice without NaN.
-fn minmax<T: Copy + PartialOrd>(values: &[T]) -> (T, T) {
-    values.iter().fold((values[0], values[0]), |(lo, hi), &v| {
-        (if v < lo { v } else { lo }, if v > hi { v } else { hi })
-    })
+fn minmax<T: Copy + PartialOrd + Send + Sync>(values: &[T]) -> (T, T) {
+    let widen = |(lo, hi): (T, T), (a, b): (T, T)| (if a < lo { a } else { lo }, if b > hi { b } else { hi });
+    let first = (values[0], values[0]);
+    let chunk = |c: &[T]| c.iter().fold((c[0], c[0]), |range, &v| widen(range, (v, v)));
+    values.par_chunks(CHUNK).map(chunk).reduce(|| first, widen)
 }
 
 fn store<T: Voxel>(voxels: Vec<T>) -> Stored {
@@ -510,12 +537,13 @@ fn store<T: Voxel>(voxels: Vec<T>) -> Stored {
         return Stored::exact(Voxels::U16(*v), 0.0);
     }
     match T::TYPE {
-        VoxelType::I8 => {
-            Stored::exact(Voxels::U8(voxels.iter().map(|v| (v.to_f64() + 128.0) as u8).collect()), -128.0)
-        }
+        VoxelType::I8 => Stored::exact(
+            Voxels::U8(voxels.iter().map(|v| (v.to_f64() - I8_OFFSET) as u8).collect()),
+            I8_OFFSET,
+        ),
         VoxelType::I16 => Stored::exact(
-            Voxels::U16(voxels.iter().map(|v| (v.to_f64() + 32768.0) as u16).collect()),
-            -32768.0,
+            Voxels::U16(voxels.iter().map(|v| (v.to_f64() - I16_OFFSET) as u16).collect()),
+            I16_OFFSET,
         ),
         VoxelType::F32 | VoxelType::F64 => store_float(&voxels),
         _ => store_wide_integer(&voxels),
