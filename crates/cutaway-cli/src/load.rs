@@ -123,11 +123,13 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
         }
         "json" => match json_kind(path) {
             Some(Json::Scene) => {
-                anyhow!("{file}: this is a scene file, not a volume; give it as --scene {file}")
+                anyhow!(
+                    "{file}: this is a scene file, not a volume; `cutaway render --scene {file}` renders it"
+                )
             }
             Some(Json::Function) => {
                 anyhow!(
-                    "{file}: this is a transfer function, not a volume; give it as --transfer-function {file}"
+                    "{file}: this is a transfer function, not a volume; give it to `cutaway render` as --transfer-function"
                 )
             }
             None => error.into(),

@@ -43,7 +43,7 @@ impl<'a> Outputs<'a> {
         self.inputs.push(path);
     }
 
-    /// Whether all files can be written, as far as can be told without writing.
+    /// Whether all files can be written, as far as can be told beforehand.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         let mut places: Vec<(&str, PathBuf)> = Vec::new();
         for (option, path) in &self.files {
@@ -103,7 +103,18 @@ fn place(path: &Path) -> anyhow::Result<PathBuf> {
         Ok(folder) if folder.is_dir() => {
             let file = folder.join(name);
             // A link and what it names are one file.
-            Ok(file.canonicalize().unwrap_or(file))
+            let file = file.canonicalize().unwrap_or(file);
+            if file.exists() && !file.is_file() {
+                return Ok(file);
+            }
+            if file.metadata().is_ok_and(|found| found.is_file() && found.permissions().readonly()) {
+                bail!("cannot write '{shown}': the file that is there is read-only");
+            }
+            // A file without a name, gone at once: only trying tells about permissions and read-only disks.
+            if let Err(error) = tempfile::tempfile_in(&folder) {
+                bail!("cannot write '{shown}': no new file in its folder: {}", error.kind());
+            }
+            Ok(file)
         }
         Ok(_) => bail!("cannot write '{shown}': '{}' is not a folder", folder.display()),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {

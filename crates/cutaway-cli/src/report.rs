@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
 /// An error that lies in how the program was called: exit code 2.
 #[derive(Debug)]
@@ -112,11 +112,19 @@ impl Progress {
         let Ok(mut bar) = self.bar.lock() else { return };
         let bar = bar.get_or_insert_with(|| {
             let bar = ProgressBar::new(1000).with_message(self.what).with_elapsed(self.started.elapsed());
-            let style = ProgressStyle::with_template("{msg} [{bar:32}] {percent}% {elapsed} left {eta}");
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+            let style = ProgressStyle::with_template("{msg} [{bar:32}] {percent}%, {left} left");
+            bar.with_style(style.map_or_else(|_| ProgressStyle::default_bar(), |s| s.with_key("left", left)))
         });
         bar.set_position((share * 1000.0) as u64);
     }
+}
+
+/// The time left at the mean speed so far. The bar's own guess is wrong here: it sees the first second's work, done
+/// before there was a bar, as done at once.
+fn left(state: &ProgressState, text: &mut dyn fmt::Write) {
+    let seconds = state.elapsed().as_secs_f64() * (1.0 / f64::from(state.fraction()).max(1e-3) - 1.0);
+    // Nothing to be done where a string cannot be written to.
+    let _ = write!(text, "{}", HumanDuration(Duration::from_secs_f64(seconds.max(0.0))));
 }
 
 impl Drop for Progress {

@@ -67,7 +67,11 @@ fn unknown_name(error: &clap::Error) -> Option<String> {
             ("option", name, options_of(&command), OPTIONS)
         }
         ErrorKind::InvalidSubcommand => {
-            ("command", context(ContextKind::InvalidSubcommand)?, commands(), COMMANDS)
+            let command = called_command();
+            let there = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+            // Benchmarks have names of their own.
+            let later = if command.get_name() == "cutaway" { COMMANDS } else { &[] };
+            ("command", context(ContextKind::InvalidSubcommand)?, there, later)
         }
         _ => return None,
     };
@@ -92,10 +96,6 @@ fn unknown_name(error: &clap::Error) -> Option<String> {
 /// A name with the dashes of an option, if it is one.
 fn dashed(like: &str, name: &str) -> String {
     if like.starts_with('-') { format!("--{name}") } else { name.to_owned() }
-}
-
-fn commands() -> Vec<String> {
-    Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect()
 }
 
 /// The command that the arguments call.
