@@ -116,8 +116,12 @@ fn sparkline(counts: &[u64]) -> String {
 }
 
 fn size(bytes: usize) -> String {
-    let mib = bytes as f64 / (1 << 20) as f64;
-    if mib >= 1.0 { format!("{mib:.1} MiB") } else { format!("{:.1} KiB", mib * 1024.0) }
+    let (kib, mib) = (bytes as f64 / 1024.0, bytes as f64 / f64::from(1 << 20));
+    match bytes {
+        0..10_240 => format!("{bytes} bytes"),
+        10_240..1_048_576 => format!("{kib:.1} KiB"),
+        _ => format!("{mib:.1} MiB"),
+    }
 }
 
 #[cfg(test)]
