@@ -137,8 +137,8 @@ fn check(root: &Value, schema: &Value, value: &Value) -> Result<(), String> {
             check(root, &schema["items"], item)?;
         }
     }
-    let required = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    match required.filter(|key| value.is_object() && value.get(key).is_none()).next() {
+    let mut required = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    match required.find(|key| value.is_object() && value.get(key).is_none()) {
         Some(key) => Err(format!("`{key}` is missing")),
         None => Ok(()),
     }

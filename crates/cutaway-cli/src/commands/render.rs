@@ -126,7 +126,7 @@ fn describe(prepared: &Prepared, verbosity: Verbosity) {
     });
     verbosity.detail(|| {
         let points = prepared.function.points().iter();
-        let points = points.map(|p| format!("{} at {}", shown(f64::from(p.opacity)), shown(p.value)));
+        let points = points.map(|p| format!("{} at {}", shown(p.opacity), shown(p.value)));
         format!("opacity: {}", points.collect::<Vec<_>>().join(", "))
     });
     verbosity.detail(|| {
