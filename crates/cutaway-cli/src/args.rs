@@ -1,4 +1,5 @@
 //! The command line's grammar. Names are fixed: other tools drive the program through them.
+#![allow(rustdoc::broken_intra_doc_links, reason = "doc comments are help texts here: [30] is a default")]
 
 use std::ffi::OsString;
 use std::path::PathBuf;

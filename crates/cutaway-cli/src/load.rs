@@ -129,7 +129,7 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
             }
             Some(Json::Function) => {
                 anyhow!(
-                    "{file}: this is a transfer function, not a volume; give it to `cutaway render` as --transfer-function"
+                    "{file}: this is a transfer function, not a volume; `cutaway render` takes it as --transfer-function"
                 )
             }
             None => error.into(),
