@@ -1,11 +1,14 @@
 //! The command line's grammar. Names are fixed: other tools drive the program through them.
+#![allow(rustdoc::broken_intra_doc_links, reason = "doc comments are help texts here: [30] is a default")]
 
+use std::ffi::OsString;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Mode, SpaceSkipping};
+
+use crate::values::{self, List, number, whole};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -19,7 +22,7 @@ Examples:
 
 /// Direct volume rendering that cuts volumes open.
 #[derive(Debug, Parser)]
-#[command(name = "cutaway", version, about, after_help = AFTER_HELP, subcommand_required = true)]
+#[command(name = "cutaway", version, after_help = AFTER_HELP, subcommand_required = true)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -69,7 +72,7 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub(crate) output: PathBuf,
     /// Bits a channel of a PNG
-    #[arg(long, value_enum, default_value = "8", help_heading = "Picture")]
+    #[arg(long, value_enum, value_name = "BITS", default_value = "8", help_heading = "Picture")]
     pub(crate) bit_depth: Bits,
     /// Colour behind the volume, 0 to 1 each; transparent unless given
     #[arg(long, value_name = "R,G,B[,A]", allow_hyphen_values = true, help_heading = "Picture")]
@@ -97,7 +100,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct SceneArgs {
     /// Volume file (.nii, .nrrd, .mhd, .raw, ...), or `sample:NAME` (see `cutaway presets`)
     #[arg(value_name = "VOLUME", required_unless_present = "scene")]
-    pub(crate) volume: Option<String>,
+    pub(crate) volume: Option<OsString>,
     /// Scene file; options given beside it win
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) scene: Option<PathBuf>,
@@ -106,24 +109,24 @@ pub(crate) struct SceneArgs {
     pub(crate) raw: RawArgs,
 
     /// Width and height in pixels [512,512]
-    #[arg(long, value_name = "W,H", help_heading = "Picture")]
+    #[arg(long, value_name = "W,H", allow_hyphen_values = true, help_heading = "Picture")]
     pub(crate) resolution: Option<List>,
 
     /// Renderer: auto, cpu or reference (slow and exact) [auto]
-    #[arg(long, value_parser = engine, value_name = "ENGINE", help_heading = "Engine")]
+    #[arg(long, value_parser = values::engine, value_name = "ENGINE", help_heading = "Engine")]
     pub(crate) engine: Option<Engine>,
     /// Threads of the cpu engine; 0 is one a core
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, help_heading = "Engine")]
+    #[arg(long, value_name = "N", default_value = "0", hide_default_value = true, value_parser = values::threads, allow_hyphen_values = true, help_heading = "Engine")]
     pub(crate) threads: usize,
     /// Instructions of the cpu engine
-    #[arg(long, value_enum, default_value = "auto", help_heading = "Engine")]
+    #[arg(long, value_enum, value_name = "SET", default_value = "auto", help_heading = "Engine")]
     pub(crate) simd: Simd,
 
     /// What a ray makes of the values along it: composite, iso, mip, minip or mean [composite; iso with --iso]
-    #[arg(long, value_parser = mode, value_name = "MODE", help_heading = "Mode")]
+    #[arg(long, value_parser = values::mode, value_name = "MODE", help_heading = "Mode")]
     pub(crate) mode: Option<Mode>,
     /// Value of an isosurface; give it again for another one
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, help_heading = "Mode")]
+    #[arg(long, value_name = "VALUE", value_parser = number, allow_hyphen_values = true, help_heading = "Mode")]
     pub(crate) iso: Vec<f64>,
 
     #[command(flatten)]
@@ -134,13 +137,13 @@ pub(crate) struct SceneArgs {
     pub(crate) camera: CameraArgs,
 
     /// Distance of samples, in units of the smallest voxel spacing [0.5]
-    #[arg(long, value_name = "S", help_heading = "Sampling")]
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) step: Option<f64>,
     /// Accumulated opacity at which a ray ends [0.999]
-    #[arg(long, value_name = "A", help_heading = "Sampling")]
+    #[arg(long, value_name = "A", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) early_termination: Option<f64>,
     /// Whether to cross invisible blocks without sampling them: off or auto [auto]
-    #[arg(long, value_parser = space_skipping, value_name = "HOW", help_heading = "Sampling")]
+    #[arg(long, value_parser = values::space_skipping, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) space_skipping: Option<SpaceSkipping>,
 }
 
@@ -149,22 +152,22 @@ pub(crate) struct SceneArgs {
 #[command(next_help_heading = "Volume file")]
 pub(crate) struct RawArgs {
     /// Voxels along x, y, z of raw data
-    #[arg(long, value_name = "X,Y,Z")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) dims: Option<List>,
     /// Voxel type of raw data: uint8, int16, float32, ...
     #[arg(long = "type", value_name = "TYPE")]
     pub(crate) voxel_type: Option<String>,
     /// Distance of voxels of raw data along x, y, z
-    #[arg(long, value_name = "X,Y,Z")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) spacing: Option<List>,
     /// Raw data have their most significant byte first
     #[arg(long)]
     pub(crate) big_endian: bool,
     /// Bytes before the first voxel of raw data
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) header_bytes: Option<u64>,
     /// Which volume of a file that holds several, from 0
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) volume_index: Option<usize>,
 }
 
@@ -179,7 +182,7 @@ pub(crate) struct FunctionArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["colormap", "window"])]
     pub(crate) transfer_function: Option<PathBuf>,
     /// A named colour map (see `cutaway presets`)
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with = "window")]
     pub(crate) colormap: Option<String>,
     /// Values at the ends of the colour map [the volume's range]
     #[arg(long, value_name = "LO,HI", allow_hyphen_values = true, requires = "colormap")]
@@ -188,16 +191,16 @@ pub(crate) struct FunctionArgs {
     #[arg(long, value_name = "V,A,V,A,...", allow_hyphen_values = true, requires = "colormap")]
     pub(crate) opacity: Option<List>,
     /// Width of a grey ramp of values; with --level
-    #[arg(long, value_name = "W", requires = "level")]
+    #[arg(long, value_name = "W", value_parser = number, allow_hyphen_values = true, requires = "level")]
     pub(crate) window: Option<f64>,
     /// Middle of the grey ramp
-    #[arg(long, value_name = "L", allow_hyphen_values = true, requires = "window")]
+    #[arg(long, value_name = "L", value_parser = number, allow_hyphen_values = true, requires = "window")]
     pub(crate) level: Option<f64>,
     /// World length that opacities are for [mean voxel spacing; 1 for CT presets]
-    #[arg(long, value_name = "D")]
+    #[arg(long, value_name = "D", value_parser = number, allow_hyphen_values = true)]
     pub(crate) opacity_unit_distance: Option<f64>,
     /// Factor of every opacity
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true)]
     pub(crate) brightness: Option<f64>,
 }
 
@@ -212,19 +215,19 @@ pub(crate) struct LightArgs {
     #[arg(long, overrides_with = "shade")]
     pub(crate) no_shade: bool,
     /// Share of the colour that needs no light [0.1]
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true)]
     pub(crate) ambient: Option<f64>,
     /// Factor of the diffuse term [0.9]
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true)]
     pub(crate) diffuse: Option<f64>,
     /// Factor of the specular term [0.2]
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true)]
     pub(crate) specular: Option<f64>,
     /// Exponent of the specular term [10]
-    #[arg(long, value_name = "P")]
+    #[arg(long, value_name = "P", value_parser = number, allow_hyphen_values = true)]
     pub(crate) specular_power: Option<f64>,
     /// Falloff of light with its angle: clamped, two-sided or wrapped [two-sided]
-    #[arg(long, value_parser = diffuse_curve, value_name = "CURVE")]
+    #[arg(long, value_parser = values::diffuse_curve, value_name = "CURVE")]
     pub(crate) diffuse_curve: Option<DiffuseCurve>,
     /// World direction towards the light [along each ray]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
@@ -245,29 +248,29 @@ pub(crate) struct CameraArgs {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) camera_view_up: Option<List>,
     /// Vertical angle of view [30]
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", value_parser = number, allow_hyphen_values = true)]
     pub(crate) camera_view_angle: Option<f64>,
     /// Parallel rays; half the height of the image in world units
-    #[arg(long, value_name = "SCALE")]
+    #[arg(long, value_name = "SCALE", value_parser = number, allow_hyphen_values = true)]
     pub(crate) camera_orthographic: Option<f64>,
     /// Turn the view around its up direction
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", value_parser = number, allow_hyphen_values = true)]
     pub(crate) azimuth: Option<f64>,
     /// Raise the view
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", value_parser = number, allow_hyphen_values = true)]
     pub(crate) elevation: Option<f64>,
     /// Turn the image
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", value_parser = number, allow_hyphen_values = true)]
     pub(crate) roll: Option<f64>,
     /// Narrow the view
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true)]
     pub(crate) zoom: Option<f64>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// Volume file, or `sample:NAME`
-    pub(crate) file: String,
+    pub(crate) file: OsString,
     #[command(flatten)]
     pub(crate) raw: RawArgs,
     /// As JSON on standard output
@@ -285,13 +288,13 @@ pub(crate) struct CompareArgs {
     #[arg(long)]
     pub(crate) json: bool,
     /// Exit with 1 if the root mean square error is above this
-    #[arg(long, value_name = "RMSE")]
+    #[arg(long, value_name = "RMSE", value_parser = number, allow_hyphen_values = true)]
     pub(crate) fail_above: Option<f64>,
     /// Write an image of the differences
     #[arg(long, value_name = "FILE")]
     pub(crate) difference: Option<PathBuf>,
     /// Factor of the differences in that image
-    #[arg(long, value_name = "F", default_value_t = 10.0, requires = "difference")]
+    #[arg(long, value_name = "F", allow_hyphen_values = true, value_parser = values::gain, default_value_t = 10.0, requires = "difference")]
     pub(crate) gain: f32,
 }
 
@@ -319,10 +322,10 @@ pub(crate) struct BenchFrameArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Frames to measure
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) frames: u32,
     /// Degrees of the orbit, around the view-up direction
-    #[arg(long, value_name = "DEG", default_value_t = 360.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", value_parser = number, default_value_t = 360.0, allow_hyphen_values = true)]
     pub(crate) orbit: f64,
     /// Write the first frame to an image
     #[arg(short, long, value_name = "FILE")]
@@ -353,92 +356,6 @@ pub(crate) enum Simd {
     Avx512,
 }
 
-/// Numbers separated by commas.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct List(pub(crate) Vec<f64>);
-
-impl FromStr for List {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |part: &str| {
-            part.trim()
-                .parse::<f64>()
-                .ok()
-                .filter(|v| v.is_finite())
-                .ok_or_else(|| format!("`{part}` is not a number"))
-        };
-        text.split(',').map(number).collect::<Result<_, _>>().map(List)
-    }
-}
-
-impl List {
-    /// Exactly `N` numbers, or an error that names the option.
-    pub(crate) fn exactly<const N: usize>(&self, option: &str) -> anyhow::Result<[f64; N]> {
-        let found = self.0.len();
-        self.0.clone().try_into().map_err(|_| {
-            crate::report::wrong_use(format!("{option} takes {N} numbers separated by commas, found {found}"))
-        })
-    }
-
-    /// Exactly `N` whole numbers of 0 or more.
-    pub(crate) fn exactly_whole<const N: usize>(&self, option: &str) -> anyhow::Result<[u32; N]> {
-        let numbers = self.exactly::<N>(option)?;
-        match numbers.iter().find(|v| v.fract() != 0.0 || **v < 0.0 || **v > f64::from(u32::MAX)) {
-            Some(v) => Err(crate::report::wrong_use(format!("{option} takes whole numbers, found {v}"))),
-            None => Ok(numbers.map(|v| v as u32)),
-        }
-    }
-}
-
-/// Parses the names that `all` gives its values.
-fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String> {
-    all.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
-        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
-        let tip = closest(text, &names).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
-        format!("no such {what}; choose from {}{tip}", names.join(", "))
-    })
-}
-
-/// The name most like `text`, if any is.
-pub(crate) fn closest<'a>(text: &str, names: &[&'a str]) -> Option<&'a str> {
-    let text = text.to_ascii_lowercase();
-    let likeness = |name: &str| strsim::jaro_winkler(&text, &name.to_ascii_lowercase());
-    let best = names.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
-    (likeness(best) > 0.75).then_some(*best)
-}
-
-fn engine(text: &str) -> Result<Engine, String> {
-    if matches!(text, "raycast" | "slices" | "cells") {
-        return Err(format!(
-            "the engine `{text}` does not exist in this version; choose from auto, cpu, reference"
-        ));
-    }
-    named(text, "engine", &[("auto", Engine::Auto), ("cpu", Engine::Cpu), ("reference", Engine::Reference)])
-}
-
-fn mode(text: &str) -> Result<Mode, String> {
-    named(text, "mode", &Mode::ALL.map(|m| (m.name(), m)))
-}
-
-fn diffuse_curve(text: &str) -> Result<DiffuseCurve, String> {
-    let all = [
-        ("clamped", DiffuseCurve::Clamped),
-        ("two-sided", DiffuseCurve::TwoSided),
-        ("wrapped", DiffuseCurve::Wrapped),
-    ];
-    named(text, "curve", &all)
-}
-
-fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
-    if matches!(text, "cells" | "fitted" | "boundary" | "contour" | "fitted-contour") {
-        return Err(format!(
-            "`{text}` belongs to an engine that does not exist in this version; choose from off, auto"
-        ));
-    }
-    named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -447,19 +364,5 @@ mod tests {
     #[test]
     fn the_grammar_is_sound() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn lists_are_numbers_only() {
-        assert_eq!("1, -2.5,3e2".parse(), Ok(List(vec![1.0, -2.5, 300.0])));
-        for bad in ["", "1,,2", "1;2", "nan", "inf,1"] {
-            assert!(bad.parse::<List>().is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn near_misses_are_guessed() {
-        assert!(mode("composit").unwrap_err().contains("did you mean `composite`"));
-        assert!(engine("raycast").unwrap_err().contains("does not exist in this version"));
     }
 }

@@ -1,73 +1,161 @@
 //! From what the user named to a volume in memory.
 
+use std::ffi::OsStr;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
-use cutaway_core::scene::VolumeSource;
+use anyhow::{Context, anyhow};
+use cutaway_core::scene::{RawVolumeSource, VolumeSource};
 use cutaway_core::volume::{Volume, VoxelType};
-use cutaway_io::samples::read_sample;
-use cutaway_io::volume::{RawOptions, ReadOptions, read_volume};
+use cutaway_io::samples::{self, SampleError, read_sample};
+use cutaway_io::volume::{Loaded, RawOptions, ReadError, ReadOptions, read_volume};
 
 use crate::args::RawArgs;
 use crate::report::{Verbosity, wrong_use};
+use crate::values::tip;
 
 /// A volume and how it was come by.
 pub(crate) struct LoadedVolume {
     pub(crate) volume: Volume,
-    /// What a scene file calls it.
-    pub(crate) source: VolumeSource,
+    /// What the user calls it, for messages.
+    pub(crate) name: String,
     pub(crate) load_ms: f64,
     pub(crate) notices: Vec<String>,
+    origin: Origin,
+    /// What was said of it, by options or a scene file.
+    said: ReadOptions,
+}
+
+enum Origin {
+    Sample(String),
+    File(PathBuf),
 }
 
 /// Loads what a command line names: a file or `sample:NAME`.
-pub(crate) fn from_argument(name: &str, raw: &RawArgs) -> anyhow::Result<LoadedVolume> {
-    let options = read_options(raw)?;
-    load(name, &options, None)
+pub(crate) fn from_argument(name: &OsStr, raw: &RawArgs) -> anyhow::Result<LoadedVolume> {
+    let origin = match name.to_str().and_then(|name| name.strip_prefix("sample:")) {
+        Some(sample) => Origin::Sample(sample.to_owned()),
+        None => Origin::File(PathBuf::from(name)),
+    };
+    load(origin, read_options(raw)?)
 }
 
 /// Loads what a scene file names, its paths being relative to `folder`. Options of the command line win.
-pub(crate) fn from_scene(
-    source: &VolumeSource,
-    folder: &Path,
-    raw: &RawArgs,
-) -> anyhow::Result<LoadedVolume> {
-    let mut options = read_options(raw)?;
+pub(crate) fn from_scene(source: &VolumeSource, scene: &Path, raw: &RawArgs) -> anyhow::Result<LoadedVolume> {
+    let mut said = read_options(raw)?;
+    // What is wrong in a scene file is no wrong use of the program.
+    let in_scene = |error: anyhow::Error| anyhow!("{}: {error:#}", scene.display());
     let path = match source {
         VolumeSource::Path(path) => path,
         VolumeSource::Described(d) => {
-            let voxel_type = d.voxel_type.as_deref().map(voxel_type).transpose()?;
-            let said = &mut options.raw;
-            said.dims = said.dims.or(d.dims);
-            said.voxel_type = said.voxel_type.or(voxel_type);
-            said.spacing = said.spacing.or(d.spacing);
-            said.big_endian = said.big_endian.or(d.big_endian);
-            said.header_bytes = said.header_bytes.or(d.header_bytes);
+            let voxel_type = d.voxel_type.as_deref().map(voxel_type).transpose().map_err(in_scene)?;
+            let raw = &mut said.raw;
+            raw.dims = raw.dims.or(d.dims);
+            raw.voxel_type = raw.voxel_type.or(voxel_type);
+            raw.spacing = raw.spacing.or(d.spacing);
+            raw.big_endian = raw.big_endian.or(d.big_endian);
+            raw.header_bytes = raw.header_bytes.or(d.header_bytes);
             &d.path
         }
     };
-    load(path, &options, Some((folder, source)))
+    if path.is_empty() {
+        return Err(in_scene(anyhow!(
+            "`volume` is empty; give a path, relative to the scene file, or `sample:NAME`"
+        )));
+    }
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let origin = match path.strip_prefix("sample:") {
+        Some(sample) => Origin::Sample(sample.to_owned()),
+        None => Origin::File(folder.join(path)),
+    };
+    load(origin, said).map_err(in_scene)
 }
 
-fn load(
-    name: &str,
-    options: &ReadOptions,
-    scene: Option<(&Path, &VolumeSource)>,
-) -> anyhow::Result<LoadedVolume> {
+fn load(origin: Origin, said: ReadOptions) -> anyhow::Result<LoadedVolume> {
     let started = Instant::now();
-    let (loaded, source) = if let Some(sample) = name.strip_prefix("sample:") {
-        (read_sample(sample, options)?, VolumeSource::Path(name.to_owned()))
-    } else {
-        let path = scene.map_or_else(|| PathBuf::from(name), |(folder, _)| folder.join(name));
-        let source = match scene {
-            Some((_, source @ VolumeSource::Described(_))) => source.clone(),
-            _ => VolumeSource::Path(path.to_string_lossy().into_owned()),
-        };
-        (read_volume(&path, options)?, source)
+    let loaded = match &origin {
+        Origin::Sample(name) => sample(name, &said)?,
+        Origin::File(path) if path.as_os_str().is_empty() => {
+            return Err(wrong_use("the name of the volume is empty; give a file or `sample:NAME`"));
+        }
+        Origin::File(path) => read_volume(path, &said).map_err(|error| other_kind(path, error))?,
     };
     let load_ms = started.elapsed().as_secs_f64() * 1e3;
-    Ok(LoadedVolume { volume: loaded.value, source, load_ms, notices: loaded.notices })
+    let name = match &origin {
+        Origin::Sample(name) => format!("sample:{name}"),
+        Origin::File(path) => path.to_string_lossy().into_owned(),
+    };
+    Ok(LoadedVolume { volume: loaded.value, name, load_ms, notices: loaded.notices, origin, said })
+}
+
+fn sample(name: &str, said: &ReadOptions) -> anyhow::Result<Loaded<Volume>> {
+    if said.raw != RawOptions::default() {
+        return Err(wrong_use(format!(
+            "sample:{name} is no raw file: leave out dims, type, spacing, big-endian and header-bytes"
+        )));
+    }
+    if said.volume_index.is_some_and(|index| index > 0) {
+        return Err(wrong_use(format!("sample:{name} holds one volume: leave out --volume-index")));
+    }
+    read_sample(name, said).map_err(|error| match error {
+        SampleError::Unknown { name } => {
+            // Nobody mistypes the number.
+            let base = name.split_once(':').map_or(name.as_str(), |(base, _)| base);
+            let tip = tip(base, &samples::names());
+            wrong_use(format!("no sample is called `{base}`{tip} (`cutaway presets` lists them)"))
+        }
+        SampleError::Size { .. } | SampleError::FixedSize { .. } => wrong_use(error.to_string()),
+        _ => error.into(),
+    })
+}
+
+/// A reader's error; where the file is one of the other kinds that cutaway has to do with, what it is.
+fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
+    if !matches!(error, ReadError::Unsupported { .. } | ReadError::UnknownFormat { .. }) {
+        return error.into();
+    }
+    let file = path.display();
+    let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "ply" | "stl" | "obj" | "off" | "glb" | "gltf" => {
+            anyhow!("{file}: this is a mesh; meshes do not exist in this version of cutaway, give a volume")
+        }
+        "json" => match json_kind(path) {
+            Some(Json::Scene) => {
+                anyhow!(
+                    "{file}: this is a scene file, not a volume; `cutaway render --scene {file}` renders it"
+                )
+            }
+            Some(Json::Function) => {
+                anyhow!(
+                    "{file}: this is a transfer function, not a volume; `cutaway render` takes it as --transfer-function"
+                )
+            }
+            None => error.into(),
+        },
+        "png" | "exr" => {
+            anyhow!("{file}: this is an image, not a volume; `cutaway compare` reads images")
+        }
+        _ => error.into(),
+    }
+}
+
+enum Json {
+    Scene,
+    Function,
+}
+
+/// What a JSON file is by its keys, whether or not the rest of it is right.
+fn json_kind(path: &Path) -> Option<Json> {
+    const MOST_BYTES: u64 = 64 << 20;
+    let mut text = Vec::new();
+    std::fs::File::open(path).ok()?.take(MOST_BYTES).read_to_end(&mut text).ok()?;
+    let value: serde_json::Value = serde_json::from_slice(&text).ok()?;
+    if value.get("volume").is_some() {
+        return Some(Json::Scene);
+    }
+    value.get("points").map(|_| Json::Function)
 }
 
 impl LoadedVolume {
@@ -78,23 +166,40 @@ impl LoadedVolume {
         }
     }
 
-    /// The source as a scene file elsewhere can use it: paths made absolute.
-    pub(crate) fn portable_source(&self) -> anyhow::Result<VolumeSource> {
-        let absolute = |path: &str| -> anyhow::Result<String> {
-            if path.starts_with("sample:") {
-                return Ok(path.to_owned());
-            }
-            let path = std::path::absolute(path).with_context(|| path.to_owned())?;
-            Ok(path.to_string_lossy().into_owned())
+    /// The source as a scene file at `scene` names it: relative to its folder where the volume lies in or below that,
+    /// so that both can move together, else absolute.
+    pub(crate) fn source_for(&self, scene: &Path) -> anyhow::Result<VolumeSource> {
+        if self.said.volume_index.is_some_and(|index| index > 0) {
+            return Err(wrong_use(
+                "a scene file cannot hold --volume-index; leave out --save-scene or convert the file",
+            ));
+        }
+        let path = match &self.origin {
+            Origin::Sample(name) => return Ok(VolumeSource::Path(format!("sample:{name}"))),
+            Origin::File(path) => std::path::absolute(path).with_context(|| self.name.clone())?,
         };
-        Ok(match &self.source {
-            VolumeSource::Path(path) => VolumeSource::Path(absolute(path)?),
-            VolumeSource::Described(d) => {
-                let mut d = d.clone();
-                d.path = absolute(&d.path)?;
-                VolumeSource::Described(d)
-            }
-        })
+        let scene = std::path::absolute(scene).with_context(|| scene.display().to_string())?;
+        let relative = scene.parent().and_then(|folder| path.strip_prefix(folder).ok());
+        let relative = relative.filter(|path| !path.to_string_lossy().starts_with("sample:"));
+        let Some(path) = relative.unwrap_or(&path).to_str().map(str::to_owned) else {
+            return Err(anyhow!(
+                "{}: a scene file cannot hold a name that is not Unicode; rename the volume",
+                self.name
+            ));
+        };
+        let RawOptions { dims, voxel_type, spacing, big_endian, header_bytes } = self.said.raw;
+        if self.said.raw == RawOptions::default() {
+            return Ok(VolumeSource::Path(path));
+        }
+        let voxel_type = voxel_type.map(|t| t.name().to_owned());
+        Ok(VolumeSource::Described(RawVolumeSource {
+            path,
+            spacing,
+            dims,
+            voxel_type,
+            big_endian,
+            header_bytes,
+        }))
     }
 }
 
@@ -114,6 +219,8 @@ fn read_options(raw: &RawArgs) -> anyhow::Result<ReadOptions> {
 
 fn voxel_type(name: &str) -> anyhow::Result<VoxelType> {
     VoxelType::from_name(name).ok_or_else(|| {
-        wrong_use(format!("`{name}` is no voxel type; use uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32 or float64"))
+        const NAMES: [&str; 10] =
+            ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"];
+        wrong_use(format!("`{name}` is no voxel type; choose from {}{}", NAMES.join(", "), tip(name, &NAMES)))
     })
 }

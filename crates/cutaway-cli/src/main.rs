@@ -6,9 +6,11 @@
 mod args;
 mod commands;
 mod load;
+mod outputs;
 mod report;
 mod scene;
 mod unavailable;
+mod values;
 
 use std::process::ExitCode;
 
@@ -19,7 +21,7 @@ use args::{Cli, Command};
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return unavailable::explain(error),
+        Err(error) => return unavailable::explain(&error),
     };
     match run(cli.command) {
         Ok(code) => code,
@@ -38,7 +40,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Presets(args) => commands::presets::run(&args)?,
         Command::Schema => commands::schema::run()?,
         Command::Bench(args) => commands::bench::run(&args)?,
-        Command::Completions { shell } => commands::completions::run(shell),
+        Command::Completions { shell } => commands::completions::run(shell)?,
     }
     Ok(ExitCode::SUCCESS)
 }

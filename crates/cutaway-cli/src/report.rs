@@ -1,11 +1,14 @@
-//! What is said on standard error: errors, notices, progress.
+//! What is said: results on standard output; errors, notices and progress on standard error.
+//!
+//! Neither panics where nobody listens: `println!` and `eprintln!` would.
 
 use std::fmt;
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use anyhow::Context;
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
 /// An error that lies in how the program was called: exit code 2.
 #[derive(Debug)]
@@ -24,10 +27,31 @@ pub(crate) fn wrong_use(message: impl Into<String>) -> anyhow::Error {
     anyhow::Error::new(WrongUse(message.into()))
 }
 
-/// One line on standard error.
+/// Writes results to standard output. A reader that has gone (`cutaway presets | head -1`) has what it wanted.
+pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("could not write to standard output"),
+    }
+}
+
+/// Writes bytes that someone needs whole, such as an image, to standard output.
+pub(crate) fn print_bytes(bytes: &[u8]) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(bytes).and_then(|()| out.flush()).context("could not write to standard output")
+}
+
+/// One line on standard error, without whatever a file name may hold to confuse a terminal.
+pub(crate) fn say(line: &str) {
+    let line: String = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    // Nothing to be done where even this cannot be written.
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// One line that says what went wrong.
 pub(crate) fn error(error: &anyhow::Error) {
-    let line = format!("{error:#}").replace(['\n', '\r'], " ");
-    eprintln!("error: {line}");
+    say(&format!("error: {error:#}"));
 }
 
 /// How much is said.
@@ -52,14 +76,14 @@ impl Verbosity {
     /// Something the user should know.
     pub(crate) fn notice(self, message: &str) {
         if self >= Self::Normal {
-            eprintln!("note: {message}");
+            say(&format!("note: {message}"));
         }
     }
 
     /// Something that a curious user wants to know.
     pub(crate) fn detail(self, message: impl FnOnce() -> String) {
         if self >= Self::Verbose {
-            eprintln!("{}", message());
+            say(&message());
         }
     }
 
@@ -88,11 +112,19 @@ impl Progress {
         let Ok(mut bar) = self.bar.lock() else { return };
         let bar = bar.get_or_insert_with(|| {
             let bar = ProgressBar::new(1000).with_message(self.what).with_elapsed(self.started.elapsed());
-            let style = ProgressStyle::with_template("{msg} [{bar:32}] {percent}% {elapsed} left {eta}");
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+            let style = ProgressStyle::with_template("{msg} [{bar:32}] {percent}%, {left} left");
+            bar.with_style(style.map_or_else(|_| ProgressStyle::default_bar(), |s| s.with_key("left", left)))
         });
         bar.set_position((share * 1000.0) as u64);
     }
+}
+
+/// The time left at the mean speed so far. The bar's own guess is wrong here: it sees the first second's work, done
+/// before there was a bar, as done at once.
+fn left(state: &ProgressState, text: &mut dyn fmt::Write) {
+    let seconds = state.elapsed().as_secs_f64() * (1.0 / f64::from(state.fraction()).max(1e-3) - 1.0);
+    // Nothing to be done where a string cannot be written to.
+    let _ = write!(text, "{}", HumanDuration(Duration::from_secs_f64(seconds.max(0.0))));
 }
 
 impl Drop for Progress {

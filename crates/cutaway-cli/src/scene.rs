@@ -1,19 +1,23 @@
 //! From the command line and a scene file to a scene: options win over the file, the file over defaults.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use cutaway_core::camera::Camera;
-use cutaway_core::glam::DVec3;
+use anyhow::anyhow;
+use cutaway_core::camera::{Camera, CameraError};
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
-use cutaway_core::scene::{Mode, RenderSettings, Scene, SceneFile, TransferFunctionFile, default_camera};
+use cutaway_core::scene::{
+    MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, SceneFile, TransferFunctionFile, default_camera,
+};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
 use cutaway_io::json::{read_scene, read_transfer_function};
+use cutaway_io::limits::Limits;
 
-use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs, closest};
+use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs};
 use crate::load::{self, LoadedVolume};
 use crate::report::wrong_use;
+use crate::values::{shown, tip};
 
 /// A volume in memory and every decision about its image.
 pub(crate) struct Prepared {
@@ -23,28 +27,28 @@ pub(crate) struct Prepared {
     pub(crate) camera: Camera,
     pub(crate) lighting: Lighting,
     pub(crate) settings: RenderSettings,
-    /// Whether a wrong number must come from the command line, not from a file.
-    only_options: bool,
+    origins: Origins,
 }
 
 impl Prepared {
     pub(crate) fn new(args: &SceneArgs) -> anyhow::Result<Self> {
         let file = args.scene.as_deref().map(read_scene).transpose()?;
-        let loaded = match (&args.volume, &file) {
-            (Some(name), _) => load::from_argument(name, &args.raw)?,
-            (None, Some(scene)) => {
-                let folder = args.scene.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-                load::from_scene(&scene.volume, folder, &args.raw)?
-            }
-            (None, None) => return Err(wrong_use("give a volume or a scene file")),
-        };
         let preset = args.function.preset.as_deref().map(preset).transpose()?;
+        let mut origins = Origins::new(args);
         let settings = settings(args, file.as_ref(), preset)?;
+        // Checked before the rest: the default camera already needs the aspect ratio.
+        check_resolution(settings.resolution).map_err(|e| origins.blame(&e))?;
         let lighting = lighting(&args.light, file.as_ref(), preset)?;
-        let (function, unit_distance) = function(&args.function, file.as_ref(), preset, &loaded, &settings)?;
-        let camera = camera(&args.camera, file.as_ref(), &loaded, &settings)?;
-        let only_options = args.scene.is_none();
-        Ok(Self { loaded, function, unit_distance, camera, lighting, settings, only_options })
+        let loaded = match (&args.volume, &file, &args.scene) {
+            (Some(name), _, _) => load::from_argument(name, &args.raw)?,
+            (None, Some(scene), Some(path)) => load::from_scene(&scene.volume, path, &args.raw)?,
+            _ => return Err(wrong_use("give a volume or a scene file")),
+        };
+        origins.volume.clone_from(&loaded.name);
+        let (function, unit_distance) =
+            function(&args.function, file.as_ref(), preset, &loaded, &settings, &origins)?;
+        let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
+        Ok(Self { loaded, function, unit_distance, camera, lighting, settings, origins })
     }
 
     /// The scene, every number checked.
@@ -57,13 +61,13 @@ impl Prepared {
             self.lighting.clone(),
             self.settings.clone(),
         );
-        scene.map_err(|e| if self.only_options { wrong_use(e.to_string()) } else { e.into() })
+        scene.map_err(|e| self.origins.blame(&e))
     }
 
-    /// What a scene file says of it.
-    pub(crate) fn to_file(&self) -> anyhow::Result<SceneFile> {
+    /// What a scene file at `path` says of it.
+    pub(crate) fn to_file(&self, path: &Path) -> anyhow::Result<SceneFile> {
         Ok(SceneFile {
-            volume: self.loaded.portable_source()?,
+            volume: self.loaded.source_for(path)?,
             transfer_function: Some(TransferFunctionFile {
                 unit_distance: self.unit_distance,
                 points: self.function.points().to_vec(),
@@ -75,10 +79,93 @@ impl Prepared {
     }
 }
 
+/// Where the numbers of a scene came from, so that a wrong one can be laid at the right door.
+struct Origins {
+    /// Options given, each with what [`SceneError`] and [`CameraError`] call the field that it sets.
+    options: Vec<(&'static str, &'static str)>,
+    scene: Option<PathBuf>,
+    volume: String,
+}
+
+impl Origins {
+    fn new(args: &SceneArgs) -> Self {
+        let (f, l, c) = (&args.function, &args.light, &args.camera);
+        let all = [
+            ("resolution", "--resolution", args.resolution.is_some()),
+            ("step", "--step", args.step.is_some()),
+            ("early_termination", "--early-termination", args.early_termination.is_some()),
+            ("iso", "--iso", !args.iso.is_empty()),
+            ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
+            ("brightness", "--brightness", f.brightness.is_some()),
+            ("unit_distance", "--opacity-unit-distance", f.opacity_unit_distance.is_some()),
+            ("unit_distance", "--transfer-function", f.transfer_function.is_some()),
+            ("ambient", "--ambient", l.ambient.is_some()),
+            ("diffuse", "--diffuse", l.diffuse.is_some()),
+            ("specular", "--specular", l.specular.is_some()),
+            ("specular_power", "--specular-power", l.specular_power.is_some()),
+            ("light", "--light", l.light.is_some()),
+            ("position", "--camera-position", c.camera_position.is_some()),
+            ("focal point", "--camera-focal-point", c.camera_focal_point.is_some()),
+            ("view up", "--camera-view-up", c.camera_view_up.is_some()),
+            ("view angle", "--camera-view-angle", c.camera_view_angle.is_some()),
+            ("view angle", "--zoom", c.zoom.is_some()),
+            ("orthographic scale", "--camera-orthographic", c.camera_orthographic.is_some()),
+            ("orthographic scale", "--zoom", c.zoom.is_some()),
+        ];
+        let options = all.into_iter().filter(|(.., given)| *given).map(|(field, option, _)| (field, option));
+        Self { options: options.collect(), scene: args.scene.clone(), volume: String::new() }
+    }
+
+    /// An error with the option (wrong use) or the file that it comes from.
+    fn blame(&self, error: &SceneError) -> anyhow::Error {
+        let fields: &[&str] = match error {
+            SceneError::Setting { field, .. } => &[field],
+            SceneError::Camera(CameraError::Field { field, .. }) => &[field],
+            SceneError::Camera(CameraError::NoDirection { .. }) => &["position", "focal point"],
+            _ => return anyhow!("{}: {error}", self.volume),
+        };
+        let option = self.options.iter().find(|(field, _)| fields.contains(field));
+        match (option, &self.scene) {
+            (Some((_, option)), _) => wrong_use(format!("{option}: {error}")),
+            (None, Some(scene)) => anyhow!("{}: {error}", scene.display()),
+            (None, None) => anyhow!("{}: {error}", self.volume),
+        }
+    }
+
+    /// An error of the scene file.
+    fn blame_scene(&self, error: impl std::fmt::Display) -> anyhow::Error {
+        match &self.scene {
+            Some(scene) => anyhow!("{}: {error}", scene.display()),
+            None => anyhow!("{error}"),
+        }
+    }
+}
+
+/// Bytes that a pixel takes while it is rendered, at most: measured as 39 for the cpu engine, 62 for the reference.
+const BYTES_A_PIXEL: u64 = 64;
+
+/// Whether an image of this size can be held. What a scene allows is checked again with everything else.
+fn check_resolution([width, height]: [u32; 2]) -> Result<(), SceneError> {
+    let error = |expected| {
+        let found = format!("{width} x {height}");
+        Err(SceneError::Setting { field: "resolution", found, expected })
+    };
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels == 0 {
+        return error("at least 1 pixel a side");
+    }
+    let (most_side, most_pixels) = MAX_RESOLUTION;
+    let allowed = width.max(height) <= most_side && pixels <= most_pixels;
+    if allowed && pixels * BYTES_A_PIXEL > Limits::default().max_bytes {
+        return error("an image that this machine has the memory for, at 64 bytes a pixel");
+    }
+    Ok(())
+}
+
 fn preset(name: &str) -> anyhow::Result<&'static Preset> {
     presets::by_name(name).ok_or_else(|| {
         let names: Vec<&str> = presets::all().iter().map(|p| p.name).collect();
-        let tip = closest(name, &names).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+        let tip = tip(name, &names);
         wrong_use(format!("no preset is called `{name}`{tip} (`cutaway presets` lists them)"))
     })
 }
@@ -104,10 +191,6 @@ fn settings(
     s.brightness = args.function.brightness.unwrap_or(s.brightness);
     if let Some(resolution) = &args.resolution {
         s.resolution = resolution.exactly_whole("--resolution")?;
-    }
-    // Checked here too: the default camera already needs the aspect ratio.
-    if s.resolution.contains(&0) {
-        return Err(wrong_use("--resolution: each side must be at least 1"));
     }
     Ok(s)
 }
@@ -135,6 +218,7 @@ fn function(
     preset: Option<&Preset>,
     loaded: &LoadedVolume,
     settings: &RenderSettings,
+    origins: &Origins,
 ) -> anyhow::Result<(TransferFunction, Option<f64>)> {
     let volume = &loaded.volume;
     let projection = matches!(settings.mode, Mode::Mip | Mode::Minip | Mode::Mean);
@@ -145,15 +229,13 @@ fn function(
     } else if let Some(name) = &args.colormap {
         (colormap(name, args, volume.value_range())?, None)
     } else if let (Some(window), Some(level)) = (args.window, args.level) {
-        if !(window > 0.0 && window.is_finite() && level.is_finite()) {
-            return Err(wrong_use(format!(
-                "--window is {window}, --level {level}; expected a width above 0 and a value"
-            )));
+        if window <= 0.0 {
+            return Err(wrong_use(format!("--window is {}; expected a width above 0", shown(window))));
         }
         let range = [level - 0.5 * window, level + 0.5 * window];
         (if projection { histogram::gray_ramp(range) } else { histogram::translucent_ramp(range) }, None)
     } else if let Some(f) = file.and_then(|f| f.transfer_function.as_ref()) {
-        (TransferFunction::new(f.points.clone())?, f.unit_distance)
+        (TransferFunction::new(f.points.clone()).map_err(|e| origins.blame_scene(e))?, f.unit_distance)
     } else {
         (histogram::default_for_mode(volume, settings.mode), None)
     };
@@ -163,6 +245,7 @@ fn function(
 fn colormap(name: &str, args: &FunctionArgs, [lo, hi]: [f64; 2]) -> anyhow::Result<TransferFunction> {
     let [lo, hi] = args.range.as_ref().map_or(Ok([lo, hi]), |r| r.exactly("--range"))?;
     if lo >= hi {
+        let [lo, hi] = [lo, hi].map(shown);
         return Err(wrong_use(format!("--range is {lo},{hi}; the first value must be less than the second")));
     }
     let opacities = match &args.opacity {
@@ -176,7 +259,7 @@ fn colormap(name: &str, args: &FunctionArgs, [lo, hi]: [f64; 2]) -> anyhow::Resu
         }
     };
     let Some(points) = colormaps::by_name(name) else {
-        let tip = closest(name, colormaps::NAMES).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+        let tip = tip(name, colormaps::NAMES);
         return Err(wrong_use(format!(
             "no colour map is called `{name}`{tip} (`cutaway presets` lists them)"
         )));
@@ -191,6 +274,7 @@ fn camera(
     file: Option<&SceneFile>,
     loaded: &LoadedVolume,
     settings: &RenderSettings,
+    origins: &Origins,
 ) -> anyhow::Result<Camera> {
     let aspect = f64::from(settings.resolution[0]) / f64::from(settings.resolution[1]);
     let mut camera =
@@ -209,21 +293,21 @@ fn camera(
     let moved = [args.azimuth, args.elevation, args.roll, args.zoom].iter().any(Option::is_some);
     if moved {
         // Turning a camera without a direction would make NaN of it.
-        camera.validate().map_err(|e| wrong_use(e.to_string()))?;
+        camera.validate().map_err(|e| origins.blame(&e.into()))?;
         camera.azimuth(args.azimuth.unwrap_or(0.0).to_radians());
         camera.elevation(args.elevation.unwrap_or(0.0).to_radians());
         camera.roll(args.roll.unwrap_or(0.0).to_radians());
         let zoom = args.zoom.unwrap_or(1.0);
-        if !(zoom > 0.0 && zoom.is_finite()) {
-            return Err(wrong_use(format!("--zoom is {zoom}; expected a factor above 0")));
+        if zoom <= 0.0 {
+            return Err(wrong_use(format!("--zoom is {}; expected a factor above 0", shown(zoom))));
         }
         camera.zoom(zoom);
+        if camera.validate().is_err() {
+            return Err(wrong_use(format!(
+                "--zoom is {}; with it the angle of view is not between 0 and 180 degrees any more",
+                shown(zoom)
+            )));
+        }
     }
     Ok(camera)
-}
-
-/// A vector as people write it.
-pub(crate) fn show(v: [f64; 3]) -> String {
-    let v = DVec3::from_array(v);
-    format!("{:.4}, {:.4}, {:.4}", v.x, v.y, v.z)
 }

@@ -1,10 +1,13 @@
 //! `cutaway bench`: measurements that are made the same way every time.
 
+use std::path::Path;
+
 use cutaway_io::image::{BitDepth, write_image};
 
 use super::session::Session;
 use crate::args::{Bench, BenchArgs, BenchFrameArgs};
-use crate::report::{Verbosity, wrong_use};
+use crate::outputs::Outputs;
+use crate::report::{self, Verbosity};
 use crate::scene::Prepared;
 
 /// Frames before the first one that is measured.
@@ -17,9 +20,14 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
 }
 
 fn frame(args: &BenchFrameArgs) -> anyhow::Result<()> {
-    if !args.orbit.is_finite() {
-        return Err(wrong_use("--orbit must be a finite number of degrees"));
+    let mut outputs = Outputs::default();
+    if let Some(path) = &args.output {
+        outputs.image("--output", path)?;
     }
+    if let Some(path) = args.stats.as_ref().filter(|path| *path != Path::new("-")) {
+        outputs.file("--stats", path)?;
+    }
+    outputs.check()?;
     let prepared = Prepared::new(&args.scene)?;
     prepared.loaded.report(Verbosity::Normal);
     let mut session = Session::new(&prepared, &args.scene)?;
@@ -43,9 +51,6 @@ fn frame(args: &BenchFrameArgs) -> anyhow::Result<()> {
     let statistics = session.statistics(last, times);
     match &args.stats {
         Some(path) => statistics.write(path),
-        None => {
-            println!("{}", serde_json::to_string_pretty(&statistics)?);
-            Ok(())
-        }
+        None => report::print(&statistics.text()?),
     }
 }

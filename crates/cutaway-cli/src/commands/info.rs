@@ -6,6 +6,8 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::load::from_argument;
+use crate::report;
+use crate::values::shown;
 
 /// Bins of the histogram.
 const BINS: usize = 64;
@@ -40,13 +42,9 @@ struct HistogramInfo {
 
 pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
     let loaded = from_argument(&args.file, &args.raw)?;
-    let info = describe(&args.file, &loaded.volume, loaded.notices.clone());
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&info)?);
-    } else {
-        print(&info);
-    }
-    Ok(())
+    let info = describe(&loaded.name, &loaded.volume, loaded.notices.clone());
+    let text = if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { text(&info) };
+    report::print(&text)
 }
 
 fn describe(file: &str, volume: &Volume, notices: Vec<String>) -> Info {
@@ -78,33 +76,36 @@ fn describe(file: &str, volume: &Volume, notices: Vec<String>) -> Info {
     }
 }
 
-fn print(info: &Info) {
+fn text(info: &Info) -> String {
     let [x, y, z] = info.dims;
-    println!("file         {}", info.file);
-    println!("dimensions   {x} x {y} x {z}");
-    println!("type         {} (held as {}, {})", info.voxel_type, info.stored_as, size(info.bytes));
-    println!("spacing      {}", numbers(&info.spacing));
-    match &info.orientation {
-        Some(letters) => {
-            println!("orientation  {letters} (where the voxel axes point; the world is RAS, in mm)")
-        }
-        None => println!("orientation  not stated by the file"),
-    }
+    let affine = info.world_from_voxel.iter().take(3);
+    let affine = affine.map(|row| format!("[{}]", row.map(|v| format!("{:>11}", shown(v))).join(" ")));
+    let mut lines = vec![
+        ("file", info.file.clone()),
+        ("dimensions", format!("{x} x {y} x {z}")),
+        ("type", format!("{} (held as {}, {})", info.voxel_type, info.stored_as, size(info.bytes))),
+        ("spacing", info.spacing.map(shown).join(" x ")),
+        (
+            "orientation",
+            match &info.orientation {
+                Some(letters) => {
+                    format!("{letters} (where the voxel axes point; the world is RAS, in mm)")
+                }
+                None => "not stated by the file".to_owned(),
+            },
+        ),
+    ];
     if info.left_handed {
-        println!("handedness   left-handed grid");
+        lines.push(("handedness", "left-handed grid".to_owned()));
     }
-    for (r, row) in info.world_from_voxel.iter().take(3).enumerate() {
-        let label = if r == 0 { "affine" } else { "" };
-        println!("{label:12} [{}]", row.map(|v| format!("{:>11}", number(v))).join(" "));
-    }
-    println!("values       {} to {}", number(info.range[0]), number(info.range[1]));
+    lines.extend(["affine", "", ""].into_iter().zip(affine));
+    lines.push(("values", info.range.map(shown).join(" to ")));
     if info.replaced_voxels > 0 {
-        println!("replaced     {} voxels were not finite", info.replaced_voxels);
+        lines.push(("replaced", format!("{} voxels were not finite", info.replaced_voxels)));
     }
-    println!("histogram    {}", sparkline(&info.histogram.counts));
-    for notice in &info.notices {
-        println!("note         {notice}");
-    }
+    lines.push(("histogram", sparkline(&info.histogram.counts)));
+    lines.extend(info.notices.iter().map(|notice| ("note", notice.clone())));
+    lines.iter().map(|(label, value)| format!("{label:12} {}\n", value.trim_end())).collect()
 }
 
 /// Bars on a logarithmic scale.
@@ -114,20 +115,13 @@ fn sparkline(counts: &[u64]) -> String {
     counts.iter().map(|n| BARS[((*n as f64).ln_1p() / most * 8.0).ceil() as usize]).collect()
 }
 
-fn numbers(values: &[f64]) -> String {
-    values.iter().map(|v| number(*v)).collect::<Vec<_>>().join(" x ")
-}
-
-/// Six decimals, no trailing zeros.
-fn number(v: f64) -> String {
-    let text = format!("{v:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
-}
-
 fn size(bytes: usize) -> String {
-    let mib = bytes as f64 / (1 << 20) as f64;
-    if mib >= 1.0 { format!("{mib:.1} MiB") } else { format!("{:.1} KiB", mib * 1024.0) }
+    let (kib, mib) = (bytes as f64 / 1024.0, bytes as f64 / f64::from(1 << 20));
+    match bytes {
+        0..10_240 => format!("{bytes} bytes"),
+        10_240..1_048_576 => format!("{kib:.1} KiB"),
+        _ => format!("{mib:.1} MiB"),
+    }
 }
 
 #[cfg(test)]
@@ -135,8 +129,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short() {
-        assert_eq!([1.0, 0.5, -0.0, 1e-9, 0.957031].map(number), ["1", "0.5", "0", "0", "0.957031"]);
-        assert_eq!(sparkline(&[0, 1, 1000]).chars().count(), 3);
+    fn histograms_have_a_bar_a_bin() {
+        assert_eq!(sparkline(&[0, 1, 1000]), " ▁█");
+        assert_eq!(sparkline(&[0, 0]), "  ");
     }
 }

@@ -4,6 +4,7 @@ use cutaway_core::{colormaps, presets};
 use cutaway_io::samples;
 
 use crate::args::PresetsArgs;
+use crate::report;
 
 pub(crate) fn run(args: &PresetsArgs) -> anyhow::Result<()> {
     if args.json {
@@ -14,17 +15,16 @@ pub(crate) fn run(args: &PresetsArgs) -> anyhow::Result<()> {
         };
         let list: Vec<_> = presets::all().iter().map(preset).collect();
         let all = serde_json::json!({ "presets": list, "colormaps": colormaps::NAMES, "samples": samples::names() });
-        println!("{}", serde_json::to_string_pretty(&all)?);
-        return Ok(());
+        return report::print(&(serde_json::to_string_pretty(&all)? + "\n"));
     }
-    println!("Presets (--preset NAME):");
+    let mut text = "Presets (--preset NAME):\n".to_owned();
     for p in presets::all() {
-        println!("  {:28} {}", p.name, p.description);
+        text += &format!("  {:28} {}\n", p.name, p.description);
     }
-    println!("\nColour maps (--colormap NAME --range LO,HI):\n  {}", colormaps::NAMES.join(", "));
-    println!("\nSamples (as VOLUME):");
+    text += &format!("\nColour maps (--colormap NAME --range LO,HI):\n  {}\n", colormaps::NAMES.join(", "));
+    text += "\nSamples (as VOLUME):\n";
     for name in samples::names() {
-        println!("  {:28} {}", format!("sample:{name}"), samples::about(name).unwrap_or_default());
+        text += &format!("  {:28} {}\n", format!("sample:{name}"), samples::about(name).unwrap_or_default());
     }
-    Ok(())
+    report::print(&text)
 }

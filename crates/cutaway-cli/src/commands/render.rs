@@ -5,31 +5,30 @@ use std::path::Path;
 
 use anyhow::Context;
 use cutaway_core::image::Image;
+use cutaway_core::scene::Mode;
 use cutaway_io::atomic::write_atomically;
 use cutaway_io::image::{BitDepth, ImageFormat, encode_image, write_depth, write_image};
 
 use super::session::Session;
-use crate::args::{Bits, List, RenderArgs};
-use crate::report::{Verbosity, wrong_use};
-use crate::scene::{Prepared, show};
+use crate::args::{Bits, RenderArgs};
+use crate::outputs::Outputs;
+use crate::report::{self, Verbosity, wrong_use};
+use crate::scene::Prepared;
+use crate::values::{List, shown, shown_vector};
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let verbosity = Verbosity::new(args.quiet, args.verbose);
-    // What cannot be written is refused before anything is rendered.
-    for path in [Some(&args.output), args.depth_output.as_ref()].into_iter().flatten() {
-        if path != Path::new("-") {
-            ImageFormat::from_path(path).map_err(|e| wrong_use(e.to_string()))?;
-        }
-    }
+    // What cannot be written is refused before anything is loaded or rendered.
+    check_outputs(args)?;
     let background = args.background.as_ref().map(background).transpose()?;
     let prepared = Prepared::new(&args.scene)?;
     prepared.loaded.report(verbosity);
     describe(&prepared, verbosity);
-    if let Some(path) = &args.save_scene {
-        let text = serde_json::to_string_pretty(&prepared.to_file()?)? + "\n";
-        write_atomically(path, |w| w.write_all(text.as_bytes())).context("could not write the scene")?;
+    if !args.scene.iso.is_empty() && prepared.settings.mode != Mode::Iso {
+        verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
     }
     let session = Session::new(&prepared, &args.scene)?;
+    let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;
     let progress = verbosity.progress("rendering");
     let (image, statistics, frame_ms) = session.frame(&|share| progress.set(share));
     drop(progress);
@@ -38,14 +37,10 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         None => image,
     };
     let statistics = session.statistics(statistics, vec![frame_ms]);
-    verbosity.detail(|| {
-        let [load, prepare, classify] =
-            [statistics.load_ms, statistics.prepare_ms, statistics.classify_ms].map(|ms| ms.round());
-        format!(
-            "load {load} ms, prepare {prepare} ms, classify {classify} ms, render {} ms",
-            frame_ms.round()
-        )
-    });
+    verbosity.detail(|| statistics.summary());
+    if let (Some(path), Some(text)) = (&args.save_scene, scene_file) {
+        write_atomically(path, |w| w.write_all(text.as_bytes())).context("could not write the scene")?;
+    }
     write(args, &image)?;
     match &args.stats {
         Some(path) => statistics.write(path),
@@ -53,22 +48,46 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
 }
 
+fn check_outputs(args: &RenderArgs) -> anyhow::Result<()> {
+    let mut outputs = Outputs::default();
+    if args.output != Path::new("-") {
+        outputs.image("--output", &args.output)?;
+    }
+    if let Some(path) = &args.depth_output {
+        outputs.image("--depth-output", path)?;
+    }
+    if let Some(path) = &args.save_scene {
+        outputs.file("--save-scene", path)?;
+    }
+    if let Some(path) = args.stats.as_ref().filter(|path| *path != Path::new("-")) {
+        outputs.file("--stats", path)?;
+    }
+    let scene = args.scene.scene.as_ref().filter(|scene| Some(*scene) != args.save_scene.as_ref());
+    let volume = args.scene.volume.as_ref().map(Path::new);
+    let inputs = [volume, scene.map(|p| p.as_path()), args.scene.function.transfer_function.as_deref()];
+    inputs.into_iter().flatten().for_each(|path| outputs.input(path));
+    outputs.check()
+}
+
+fn scene_text(prepared: &Prepared, path: &Path) -> anyhow::Result<String> {
+    Ok(serde_json::to_string_pretty(&prepared.to_file(path)?)? + "\n")
+}
+
 fn write(args: &RenderArgs, image: &Image) -> anyhow::Result<()> {
     let depth = match args.bit_depth {
         Bits::Eight => BitDepth::Eight,
         Bits::Sixteen => BitDepth::Sixteen,
     };
-    if args.output == Path::new("-") {
-        let mut bytes = Vec::new();
-        encode_image(image, ImageFormat::Png, depth, &mut bytes)?;
-        std::io::stdout().lock().write_all(&bytes).context("could not write to standard output")?;
-    } else {
-        write_image(&args.output, image, depth)?;
-    }
+    // The one output that cannot be taken back comes last.
     if let Some(path) = &args.depth_output {
         write_depth(path, image)?;
     }
-    Ok(())
+    if args.output != Path::new("-") {
+        return Ok(write_image(&args.output, image, depth)?);
+    }
+    let mut bytes = Vec::new();
+    encode_image(image, ImageFormat::Png, depth, &mut bytes)?;
+    report::print_bytes(&bytes)
 }
 
 /// A straight colour of three or four numbers in 0..=1.
@@ -84,7 +103,7 @@ fn background(list: &List) -> anyhow::Result<[f32; 4]> {
         }
     };
     match color.iter().find(|c| !(0.0..=1.0).contains(*c)) {
-        Some(c) => Err(wrong_use(format!("--background: {c} is not within 0 to 1"))),
+        Some(c) => Err(wrong_use(format!("--background: {} is not within 0 to 1", shown(*c)))),
         None => Ok(color.map(|c| c as f32)),
     }
 }
@@ -92,16 +111,29 @@ fn background(list: &List) -> anyhow::Result<[f32; 4]> {
 fn describe(prepared: &Prepared, verbosity: Verbosity) {
     verbosity.detail(|| {
         let volume = &prepared.loaded.volume;
-        let [lo, hi] = volume.value_range();
-        let d = volume.dimensions();
-        format!("volume: {} x {} x {} {}, values {lo} to {hi}", d.x, d.y, d.z, volume.source_type().name())
+        let [lo, hi] = volume.value_range().map(shown);
+        let (d, kind) = (volume.dimensions(), volume.source_type().name());
+        format!("volume: {}, {} x {} x {} {kind}, values {lo} to {hi}", prepared.loaded.name, d.x, d.y, d.z)
     });
     verbosity.detail(|| {
         let c = &prepared.camera;
-        format!("camera: at {} looking at {}, up {}", show(c.position), show(c.focal_point), show(c.view_up))
+        let [at, to, up] = [c.position, c.focal_point, c.view_up].map(shown_vector);
+        let lens = match c.orthographic {
+            Some(half) => format!("orthographic, half height {}", shown(half)),
+            None => format!("view angle {}", shown(c.view_angle)),
+        };
+        format!("camera: at {at}, looking at {to}, up {up}, {lens}")
     });
     verbosity.detail(|| {
-        let points = prepared.function.points().iter().map(|p| format!("{:.4}: {:.3}", p.value, p.opacity));
+        let points = prepared.function.points().iter();
+        let points = points.map(|p| format!("{} at {}", shown(p.opacity), shown(p.value)));
         format!("opacity: {}", points.collect::<Vec<_>>().join(", "))
+    });
+    verbosity.detail(|| {
+        let s = &prepared.settings;
+        let iso: Vec<String> = s.iso.iter().map(|v| shown(*v)).collect();
+        let iso = if s.mode == Mode::Iso { format!(" at {}", iso.join(", ")) } else { String::new() };
+        let light = if prepared.lighting.shade { "shaded" } else { "unshaded" };
+        format!("mode: {}{iso}, {light}, step {}", s.mode.name(), shown(s.step))
     });
 }

@@ -2,8 +2,9 @@
 
 use cutaway_core::scene::SceneFile;
 
+use crate::report;
+
 pub(crate) fn run() -> anyhow::Result<()> {
     let schema = schemars::schema_for!(SceneFile);
-    println!("{}", serde_json::to_string_pretty(&schema)?);
-    Ok(())
+    report::print(&(serde_json::to_string_pretty(&schema)? + "\n"))
 }

@@ -1,8 +1,10 @@
 //! What `--stats` says: one JSON object whose names other tools read.
 
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
+use cutaway_io::atomic::write_atomically;
 use serde::Serialize;
 
 /// Names are fixed. `null` where an engine has nothing to say.
@@ -46,15 +48,29 @@ impl FrameTimes {
 }
 
 impl StatisticsFile {
+    /// What one frame took, in a line.
+    pub(crate) fn summary(&self) -> String {
+        let simd = self.simd.map_or(String::new(), |simd| format!(" ({simd})"));
+        let samples = self.samples.map_or(String::new(), |n| format!(", {n} samples"));
+        format!(
+            "{}{simd} on {} threads: load {:.1} ms, prepare {:.1} ms, classify {:.1} ms, render {:.1} ms{samples}",
+            self.engine, self.threads, self.load_ms, self.prepare_ms, self.classify_ms, self.frame_ms.median
+        )
+    }
+
+    /// As JSON, with a line's end.
+    pub(crate) fn text(&self) -> anyhow::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+
     /// Writes to a file; `-` is standard error.
     pub(crate) fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
+        let text = self.text()?;
         if path == Path::new("-") {
-            eprint!("{text}");
-            return Ok(());
+            let written = std::io::stderr().write_all(text.as_bytes());
+            return written.context("could not write the statistics to standard error");
         }
-        cutaway_io::atomic::write_atomically(path, |w| std::io::Write::write_all(w, text.as_bytes()))
-            .context("could not write the statistics")
+        write_atomically(path, |w| w.write_all(text.as_bytes())).context("could not write the statistics")
     }
 }
 

@@ -1,0 +1,187 @@
+//! Values of options: from text to numbers and names, and back to text that people read.
+//!
+//! What a number may be in general is decided here (finite, not beyond f32), so that no option needs to think of NaN;
+//! what it may be for one option is decided where it is used.
+
+use std::str::FromStr;
+
+use cutaway_core::lighting::DiffuseCurve;
+use cutaway_core::scene::{Engine, Mode, SpaceSkipping};
+
+use crate::report::wrong_use;
+
+/// More threads than any machine has cores; far more take minutes to start.
+const MOST_THREADS: usize = 1024;
+
+/// A finite number that the renderers, which compute in f32, can hold.
+pub(crate) fn number(text: &str) -> Result<f64, String> {
+    let v: f64 = text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if !v.is_finite() {
+        return Err(format!("`{text}` is not a finite number"));
+    }
+    if v.abs() > f64::from(f32::MAX) {
+        return Err(format!("`{text}` is too large; numbers end at 3.4e38"));
+    }
+    Ok(v)
+}
+
+/// A whole number of 0 or more.
+pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.trim().parse().map_err(|_| format!("`{text}` is not a whole number of 0 or more"))
+}
+
+/// A number of threads; 0 is one a core.
+pub(crate) fn threads(text: &str) -> Result<usize, String> {
+    match whole::<usize>(text) {
+        Ok(n) if n <= MOST_THREADS => Ok(n),
+        _ => Err(format!("`{text}` is not a whole number of 0 to {MOST_THREADS}")),
+    }
+}
+
+/// A factor above 0.
+pub(crate) fn gain(text: &str) -> Result<f32, String> {
+    let factor = number(text)? as f32;
+    if factor > 0.0 { Ok(factor) } else { Err(format!("`{text}` is not a factor above 0")) }
+}
+
+/// Numbers separated by commas.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct List(pub(crate) Vec<f64>);
+
+impl FromStr for List {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split(',').map(number).collect::<Result<_, _>>().map(List)
+    }
+}
+
+impl List {
+    /// Exactly `N` numbers, or an error that names the option.
+    pub(crate) fn exactly<const N: usize>(&self, option: &str) -> anyhow::Result<[f64; N]> {
+        let found = self.0.len();
+        self.0
+            .clone()
+            .try_into()
+            .map_err(|_| wrong_use(format!("{option} takes {N} numbers separated by commas, found {found}")))
+    }
+
+    /// Exactly `N` whole numbers of 0 or more.
+    pub(crate) fn exactly_whole<const N: usize>(&self, option: &str) -> anyhow::Result<[u32; N]> {
+        let numbers = self.exactly::<N>(option)?;
+        match numbers.iter().find(|v| v.fract() != 0.0 || **v < 0.0 || **v > f64::from(u32::MAX)) {
+            Some(v) => Err(wrong_use(format!(
+                "{option} takes whole numbers of 0 to {}, found {}",
+                u32::MAX,
+                shown(*v)
+            ))),
+            None => Ok(numbers.map(|v| v as u32)),
+        }
+    }
+}
+
+/// The name most like `text`, if any is.
+pub(crate) fn closest<'a>(text: &str, names: &[&'a str]) -> Option<&'a str> {
+    let text = text.to_ascii_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&text, &name.to_ascii_lowercase());
+    let best = names.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+    (likeness(best) > 0.75).then_some(*best)
+}
+
+/// `; did you mean ...?`, or nothing where no name is like `text`.
+pub(crate) fn tip(text: &str, names: &[&str]) -> String {
+    closest(text, names).map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+}
+
+/// Parses the names that `all` gives its values.
+fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String> {
+    all.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+        format!("no such {what}; choose from {}{}", names.join(", "), tip(text, &names))
+    })
+}
+
+pub(crate) fn engine(text: &str) -> Result<Engine, String> {
+    if matches!(text, "raycast" | "slices" | "cells") {
+        return Err(format!(
+            "the engine `{text}` does not exist in this version; choose from auto, cpu, reference"
+        ));
+    }
+    named(text, "engine", &[("auto", Engine::Auto), ("cpu", Engine::Cpu), ("reference", Engine::Reference)])
+}
+
+pub(crate) fn mode(text: &str) -> Result<Mode, String> {
+    named(text, "mode", &Mode::ALL.map(|m| (m.name(), m)))
+}
+
+pub(crate) fn diffuse_curve(text: &str) -> Result<DiffuseCurve, String> {
+    let all = [
+        ("clamped", DiffuseCurve::Clamped),
+        ("two-sided", DiffuseCurve::TwoSided),
+        ("wrapped", DiffuseCurve::Wrapped),
+    ];
+    named(text, "curve", &all)
+}
+
+pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
+    if matches!(text, "cells" | "fitted" | "boundary" | "contour" | "fitted-contour") {
+        return Err(format!(
+            "`{text}` belongs to an engine that does not exist in this version; choose from off, auto"
+        ));
+    }
+    named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
+}
+
+/// A number as people write it: six decimals without trailing zeros, or an exponent where those say nothing.
+pub(crate) fn shown(v: f64) -> String {
+    if v != 0.0 && !(1e-4..1e15).contains(&v.abs()) {
+        let text = format!("{v:.6e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'));
+    }
+    let text = format!("{v:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// A vector as people write it.
+pub(crate) fn shown_vector(v: [f64; 3]) -> String {
+    v.map(shown).join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_numbers_only() {
+        assert_eq!("1, -2.5,3e2".parse(), Ok(List(vec![1.0, -2.5, 300.0])));
+        for bad in ["", "1,,2", "1;2", "nan", "inf,1", "1e39"] {
+            assert!(bad.parse::<List>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn near_misses_are_guessed() {
+        assert!(mode("composit").unwrap_err().contains("did you mean `composite`"));
+        assert!(engine("raycast").unwrap_err().contains("does not exist in this version"));
+        assert_eq!(tip("xyz", &["composite"]), "");
+    }
+
+    #[test]
+    fn whole_numbers_have_their_bounds() {
+        assert_eq!((threads("0"), threads("1024")), (Ok(0), Ok(1024)));
+        for bad in ["-1", "1025", "x", "99999999999999999999999"] {
+            assert!(threads(bad).is_err(), "{bad}");
+        }
+        assert!(List(vec![1.5]).exactly_whole::<1>("--n").is_err());
+        assert!(List(vec![1e12]).exactly_whole::<1>("--n").is_err());
+        assert_eq!(List(vec![4e9]).exactly_whole::<1>("--n").unwrap(), [4_000_000_000]);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let values = [1.0, 0.5, -0.0, 0.957031, 1e-9, -3e38, 1_000_000.0];
+        assert_eq!(values.map(shown), ["1", "0.5", "0", "0.957031", "1e-9", "-3e38", "1000000"]);
+    }
+}
