@@ -4,6 +4,7 @@
 //! the cube `[-1, 1]³`; the grid's outermost voxel centres lie on its faces. World units are voxels.
 
 use glam::{DVec3, UVec3};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 use crate::volume::{Geometry, Rescale, Volume};
@@ -94,17 +95,16 @@ impl AnalyticField {
         let size = size.max(2);
         let step = 2.0 / f64::from(size - 1);
         let at = |i: u32| f64::from(i) * step - 1.0;
-        let voxels = (0..size).flat_map(|k| {
-            (0..size)
-                .flat_map(move |j| (0..size).map(move |i| self.value(DVec3::new(at(i), at(j), at(k))) as f32))
+        let mut voxels = vec![0.0f32; (size as usize).pow(3)];
+        let plane = (size as usize).pow(2);
+        voxels.par_chunks_mut(plane).enumerate().for_each(|(k, plane)| {
+            for (i, v) in plane.iter_mut().enumerate() {
+                let (i, j) = (i as u32 % size, i as u32 / size);
+                *v = self.value(DVec3::new(at(i), at(j), at(k as u32))) as f32;
+            }
         });
-        Volume::new(
-            UVec3::splat(size),
-            voxels.collect(),
-            Rescale::IDENTITY,
-            Geometry::from_spacing(DVec3::ONE),
-        )
-        .expect("a cube of voxels with unit spacing")
+        Volume::new(UVec3::splat(size), voxels, Rescale::IDENTITY, Geometry::from_spacing(DVec3::ONE))
+            .expect("a cube of voxels with unit spacing")
     }
 }
 

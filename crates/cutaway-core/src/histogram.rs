@@ -19,8 +19,10 @@ impl Histogram {
     pub fn new(volume: &Volume, bins: usize) -> Self {
         let bins = bins.max(1);
         let [lo, hi] = volume.stored_range();
-        let scale = if hi > lo { bins as f32 / (hi - lo) } else { 0.0 };
-        let bin = |v: f32| (((v - lo) * scale) as usize).min(bins - 1);
+        // In f64: the range of f32 voxels may be twice the largest f32.
+        let (lo, hi) = (f64::from(lo), f64::from(hi));
+        let scale = if hi > lo { bins as f64 / (hi - lo) } else { 0.0 };
+        let bin = |v: f32| (((f64::from(v) - lo) * scale) as usize).min(bins - 1);
         let mut counts = match volume.voxels() {
             // Whole numbers are counted one by one, then put into bins: no arithmetic a voxel.
             Voxels::U8(v) => rebin(&whole(v, 1 << 8), &bin, bins),
@@ -212,6 +214,14 @@ mod tests {
         let f = default_transfer_function(&volume(voxels, Rescale::IDENTITY));
         assert_eq!(f.evaluate(3.0).1, 0.0);
         assert!(f.evaluate(110.0).1 > 0.02 && f.evaluate(220.0).1 > 0.3);
+    }
+
+    #[test]
+    fn the_widest_range_of_floats_has_bins() {
+        let d = UVec3::new(4, 1, 1);
+        let voxels = vec![-3e38f32, -1e38, 1e38, 3e38];
+        let volume = Volume::new(d, voxels, Rescale::IDENTITY, Geometry::from_spacing(DVec3::ONE)).unwrap();
+        assert_eq!(Histogram::new(&volume, 4).counts, [1, 1, 1, 1]);
     }
 
     #[test]

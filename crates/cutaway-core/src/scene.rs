@@ -148,7 +148,7 @@ pub enum SceneError {
 }
 
 /// The largest number of pixels along a side of an image, and the largest number of pixels altogether.
-pub const MAX_RESOLUTION: (u32, u64) = (32_768, 1 << 28);
+pub const MAX_RESOLUTION: (u32, u64) = (32_768, 1 << 27);
 
 /// A volume and how to look at it.
 #[derive(Clone, Debug)]
@@ -176,7 +176,9 @@ impl<'a> Scene<'a> {
         if volume.dimensions().min_element() < 2 {
             return Err(SceneError::Flat { dimensions: volume.dimensions().to_array() });
         }
-        positive("unit_distance", unit_distance)?;
+        if !(1e-30..=1e30).contains(&unit_distance) {
+            return Err(setting("unit_distance", unit_distance, "a length above 0, of 1e-30 to 1e30"));
+        }
         camera.validate()?;
         validate_lighting(&lighting)?;
         validate_settings(&settings)?;
@@ -262,15 +264,19 @@ fn positive(field: &'static str, found: f64) -> Result<(), SceneError> {
 
 fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
     positive("step", s.step)?;
-    if s.step < 1e-3 {
-        return Err(setting("step", s.step, "at least 0.001 (a thousand samples a voxel)"));
+    if !(1e-3..=1e6).contains(&s.step) {
+        return Err(setting(
+            "step",
+            s.step,
+            "at least 0.001 (a thousand samples a voxel) and at most 1000000",
+        ));
     }
     let [width, height] = s.resolution;
     let (side, pixels) = MAX_RESOLUTION;
     let fits =
         width.min(height) > 0 && width.max(height) <= side && u64::from(width) * u64::from(height) <= pixels;
     if !fits {
-        let expected = "1 to 32768 pixels a side and at most 268435456 altogether";
+        let expected = "1 to 32768 pixels a side and at most 134217728 altogether";
         return Err(setting("resolution", format!("{width} x {height}"), expected));
     }
     let share = |v: f64| v > 0.0 && v <= 1.0;
@@ -292,6 +298,9 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
     }
 }
 
+/// Kernels compute in f32: products of factors must stay far from its end.
+const LARGEST_FACTOR: f64 = 1e6;
+
 fn validate_lighting(l: &Lighting) -> Result<(), SceneError> {
     let factors = [
         ("ambient", l.ambient),
@@ -300,8 +309,8 @@ fn validate_lighting(l: &Lighting) -> Result<(), SceneError> {
         ("specular_power", l.specular_power),
     ];
     for (field, v) in factors {
-        if !(v >= 0.0 && v.is_finite()) {
-            return Err(setting(field, v, "a number of 0 or more"));
+        if !(0.0..=LARGEST_FACTOR).contains(&v) {
+            return Err(setting(field, v, "0 to 1000000"));
         }
     }
     positive("wrap_power", l.wrap_power)?;

@@ -49,6 +49,20 @@ pub enum SampleError {
         /// The size asked for.
         found: String,
     },
+    /// An analytic sample that needs more memory than is allowed.
+    #[error(
+        "sample:{name}:{size} needs {needed} bytes, more than the limit of {limit}; choose a smaller size"
+    )]
+    TooLarge {
+        /// The sample.
+        name: String,
+        /// Voxels a side.
+        size: u32,
+        /// Bytes it would take.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
     /// A real sample has a size already.
     #[error("sample:{name} is measured data and has one size; leave out `:{found}`")]
     FixedSize {
@@ -92,6 +106,11 @@ pub fn read_sample(name: &str, options: &ReadOptions) -> Result<Loaded<Volume>, 
             .filter(|n| (2..=LARGEST_SIZE).contains(n))
             .ok_or_else(|| SampleError::Size { name: base.to_owned(), found: text.to_owned() })?,
     };
+    // Twice what the voxels take: they are made, then stored.
+    let (needed, limit) = (8 * u64::from(size).pow(3), options.limits.max_bytes);
+    if needed > limit {
+        return Err(SampleError::TooLarge { name: base.to_owned(), size, needed, limit });
+    }
     Ok(Loaded { value: field.volume(size), notices: Vec::new() })
 }
 
@@ -113,6 +132,12 @@ mod tests {
     fn sizes_are_for_analytic_samples_and_bounded() {
         let size = |name: &str| read_sample(name, &ReadOptions::default()).map(|l| l.value.dimensions().x);
         assert_eq!(size("sphere:17").unwrap(), 17);
+        let limits = crate::limits::Limits { max_bytes: 1 << 20 };
+        let small = ReadOptions { limits, ..ReadOptions::default() };
+        assert!(matches!(
+            read_sample("sphere:64", &small),
+            Err(SampleError::TooLarge { needed: 2_097_152, .. })
+        ));
         for bad in ["sphere:1", "sphere:99999", "sphere:x", "sphere:", "bonsai:64", "nobody"] {
             assert!(size(bad).is_err(), "{bad}");
         }
