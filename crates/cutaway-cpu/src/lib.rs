@@ -10,8 +10,8 @@
 //! Lifetimes: [`CpuRenderer`] (threads, instruction set; once) → [`CpuVolume`] (value ranges; once a volume) →
 //! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame).
 //!
-//! Inside: the image is cut into tiles ([`tiles`]), a tile into packets of neighbouring pixels, one pixel a SIMD lane
-//! ([`packet`]); a packet finds its way past empty blocks ([`slabs`]) and is cast by one of three kernels ([`cast`]) that share one field sampler ([`sample`]).
+//! Inside: the image is cut into tiles (`tiles`), a tile into packets of neighbouring pixels, one pixel a SIMD lane
+//! (`packet`); a packet finds its way past empty blocks (`slabs`) and is cast by one of three kernels (`cast`) that share one field sampler (`sample`).
 #![deny(unsafe_code)]
 
 mod cast;

@@ -2,10 +2,13 @@
 //!
 //! A ray is kept in voxel space and in *steps*: `position(k) = origin + k * stride`, `k = 0` where it enters the
 //! volume's box. Sample `k` stands for the stretch `k..k + 1`, or `k..total` if that is shorter, and lies in its middle.
+//! The rays of a packet go in step: at step `j` of the packet a ray takes its sample `j - delay`, its delay being the
+//! steps by which it entered the volume later than the first.
 
 use cutaway_core::camera::{Ray, intersect_box};
 use cutaway_core::glam::{DVec3, UVec3, Vec3};
 use cutaway_core::occupancy::BlockWalk;
+use fearless_simd::prelude::*;
 use fearless_simd::{Simd, SimdBase};
 
 use crate::simd::MAX_LANES;
@@ -100,6 +103,11 @@ pub(crate) struct Packet<S: Simd> {
     pub(crate) origin: [S::f32s; 3],
     pub(crate) stride: [S::f32s; 3],
     pub(crate) total: S::f32s,
+    /// The axis that all rays follow, if there is one: see [`common_axis`].
+    pub(crate) axis: Option<usize>,
+    /// By how many steps each ray starts later than the packet, whole numbers.
+    pub(crate) delay: [f32; MAX_LANES],
+    delays: S::f32s,
 }
 
 impl<S: Simd> Packet<S> {
@@ -127,31 +135,70 @@ impl<S: Simd> Packet<S> {
         let origin = vector3(simd, lanes.map(|r| r.origin));
         let stride = vector3(simd, lanes.map(|r| r.stride));
         let total = S::f32s::from_slice(simd, &lanes.map(|r| r.total)[..Self::LANES]);
-        Self { origin, stride, total, lanes }
+        let corners = Self::corner_lanes().map(|l| lanes[l].stride);
+        let axis = common_axis(&lanes[..Self::LANES], &corners);
+        let delay = axis.map_or([0.0; MAX_LANES], |axis| delays(&lanes, axis));
+        let delays = S::f32s::from_slice(simd, &delay[..Self::LANES]);
+        Self { origin, stride, total, lanes, axis, delay, delays }
     }
 
     /// The lanes of the packet's corner pixels.
-    pub(crate) fn corner_lanes(&self) -> [usize; 4] {
+    pub(crate) fn corner_lanes() -> [usize; 4] {
         let width = packet_shape(Self::LANES).0 as usize;
         [0, width - 1, Self::LANES - width, Self::LANES - 1]
     }
 
-    /// Where sample `k` lies along each ray, in steps, and the length it stands for, in steps (0..=1).
+    /// Steps of the packet until its last ray has ended.
+    pub(crate) fn end(&self) -> u32 {
+        let ends = self.lanes.iter().zip(self.delay).filter(|(lane, _)| lane.total > 0.0);
+        ends.fold(0.0f32, |end, (lane, delay)| end.max(lane.total.ceil() + delay)) as u32
+    }
+
+    /// Step `j` of the packet: where each ray's sample lies along it, in steps, and the length it stands for, in steps:
+    /// at most one, and not above zero where the ray has not begun or has ended.
     #[inline(always)]
-    pub(crate) fn sample(&self, simd: S, k: u32) -> (S::f32s, S::f32s) {
-        use fearless_simd::prelude::*;
-        let k = S::f32s::splat(simd, k as f32);
+    pub(crate) fn sample(&self, simd: S, j: u32) -> (S::f32s, S::f32s) {
+        let k = S::f32s::splat(simd, j as f32) - self.delays;
         let middle = (k + 0.5).min((k + self.total) * 0.5);
-        (middle, (self.total - k).min(1.0))
+        let length = (self.total - k).min(1.0);
+        (middle, k.simd_ge(0.0).select(length, S::f32s::splat(simd, 0.0)))
+    }
+
+    /// Rays that have samples at or after step `j` of the packet.
+    #[inline(always)]
+    pub(crate) fn not_ended(&self, j: u32) -> <S::f32s as SimdBase<S>>::Mask {
+        (self.total + self.delays).simd_gt(j as f32)
     }
 
     /// Position in voxel space at `k` steps along each ray.
     #[inline(always)]
     pub(crate) fn position(&self, k: S::f32s) -> [S::f32s; 3] {
-        use fearless_simd::prelude::*;
         let ([ox, oy, oz], [sx, sy, sz]) = (self.origin, self.stride);
         [sx.mul_add(k, ox), sy.mul_add(k, oy), sz.mul_add(k, oz)]
     }
+}
+
+/// The axis along which all rays of a packet run in the same direction and lean from it by less than three to one: along
+/// it, what is empty can be skipped for all of them at once.
+fn common_axis(lanes: &[LaneRay], corners: &[Vec3; 4]) -> Option<usize> {
+    let forward: Vec3 = corners.iter().sum();
+    let axis = forward.abs().max_position();
+    let along = |d: Vec3| d[axis] * forward[axis] > 0.0 && 3.0 * d[axis].abs() > d.abs().max_element();
+    let together =
+        corners.iter().all(|d| along(*d)) && lanes.iter().all(|l| l.total <= 0.0 || along(l.stride));
+    together.then_some(axis)
+}
+
+/// By how many whole steps each ray enters the volume later than the first one, along an axis: rays that enter through
+/// a face at a slant are in step with their neighbours once they are inside.
+fn delays(lanes: &[LaneRay; MAX_LANES], axis: usize) -> [f32; MAX_LANES] {
+    let hits = || lanes.iter().filter(|l| l.total > 0.0);
+    let ascending = hits().any(|l| l.stride[axis] > 0.0);
+    let nearer = |a: f32, b: f32| if ascending { a.min(b) } else { a.max(b) };
+    let Some(first) = hits().map(|l| l.origin[axis]).reduce(nearer) else { return [0.0; MAX_LANES] };
+    lanes.map(
+        |l| if l.total > 0.0 { ((l.origin[axis] - first) / l.stride[axis]).floor().max(0.0) } else { 0.0 },
+    )
 }
 
 /// One vector a component.

@@ -53,11 +53,12 @@ impl CpuVolume {
 pub struct Statistics {
     /// Rays that met the volume.
     pub rays: u64,
-    /// Samples of the field that were taken.
+    /// Samples of the field that were taken; cells looked at, for isosurfaces.
     pub samples: u64,
-    /// Runs of occupied blocks along rays.
+    /// Stretches of occupied blocks: along packets of rays, or along single rays for isosurfaces.
     pub segments: u64,
-    /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1.
+    /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1. Isosurfaces have no
+    /// samples to skip: 0.
     pub skipped_fraction: f64,
 }
 

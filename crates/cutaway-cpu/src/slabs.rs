@@ -9,7 +9,7 @@
 //! Skipping decides only what is *not* sampled. A sample taken in an empty block is transparent, so a coarser decision
 //! for the whole packet changes no pixel.
 
-use cutaway_core::glam::{UVec3, Vec3};
+use cutaway_core::glam::UVec3;
 use cutaway_core::value_ranges::BLOCK;
 use fearless_simd::Simd;
 
@@ -52,7 +52,7 @@ impl Rectangle {
     }
 }
 
-/// A stretch of sample numbers, `begin..end`.
+/// Steps of a packet, `begin..end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stretch {
     pub(crate) begin: u32,
@@ -72,13 +72,17 @@ pub(crate) struct SlabWalk {
     /// Of the corner rays: position along the other two axes at plane 0 of the first, and its growth a voxel.
     base: [[f32; 4]; 2],
     slope: [[f32; 4]; 2],
-    /// Of all rays: how many steps a voxel along the axis takes, and the axis position at step 0.
+    /// Of all rays: how many steps a voxel along the axis takes, the axis position at their first sample, their length
+    /// in steps (zero for rays that miss), and by how many steps they begin after the packet.
     steps_per_voxel: [f32; MAX_LANES],
     origin: [f32; MAX_LANES],
     total: [f32; MAX_LANES],
+    delay: [f32; MAX_LANES],
+    /// Steps of the packet until its last ray has ended.
+    last: u32,
     /// No slab is skipped: the rays do not go the same way, or nothing may be skipped.
     unskipped: bool,
-    /// First sample number that has not been handed out.
+    /// First step of the packet that has not been handed out.
     next: u32,
 }
 
@@ -87,18 +91,12 @@ impl SlabWalk {
     #[inline(always)]
     pub(crate) fn new<S: Simd>(packet: &Packet<S>, blocks: UVec3) -> Self {
         let lanes = &packet.lanes[..Packet::<S>::LANES];
-        let corners = packet.corner_lanes().map(|l| (packet.lanes[l].line_origin, packet.lanes[l].stride));
-        let forward: Vec3 = corners.iter().map(|c| c.1).sum();
-        let axis = forward.abs().max_position();
-        let axes = [axis, (axis + 1) % 3, (axis + 2) % 3];
-        let ascending = forward[axis] > 0.0;
-        // Rays that lean away from the axis by more than three to one make rectangles that are no use.
-        let along = |d: Vec3| (d[axis] > 0.0) == ascending && 3.0 * d[axis].abs() > d.abs().max_element();
-        let together =
-            corners.iter().all(|c| along(c.1)) && lanes.iter().all(|l| l.total <= 0.0 || along(l.stride));
+        let corners =
+            Packet::<S>::corner_lanes().map(|l| (packet.lanes[l].line_origin, packet.lanes[l].stride));
+        let axis = packet.axis.unwrap_or(0);
         let mut walk = Self {
-            axes,
-            ascending,
+            axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
+            ascending: corners[0].1[axis] > 0.0,
             slab: 0,
             end: 0,
             blocks: blocks.as_ivec3().to_array(),
@@ -107,9 +105,12 @@ impl SlabWalk {
             steps_per_voxel: [0.0; MAX_LANES],
             origin: [0.0; MAX_LANES],
             total: packet.lanes.map(|l| l.total),
-            unskipped: !together,
+            delay: packet.delay,
+            last: packet.end(),
+            unskipped: packet.axis.is_none(),
             next: 0,
         };
+        let (axes, ascending) = (walk.axes, walk.ascending);
         for (c, (origin, direction)) in corners.iter().enumerate() {
             for k in 0..2 {
                 let slope = direction[axes[k + 1]] / direction[axis];
@@ -135,15 +136,12 @@ impl SlabWalk {
         } else {
             (highest, lowest - 1)
         };
-        if walk.slab == walk.end {
-            walk.unskipped = false;
-        }
         walk
     }
 
     /// Hands out every sample of every ray as one stretch.
     pub(crate) fn without_skipping(mut self) -> Self {
-        self.unskipped = self.slab != self.end;
+        self.unskipped = true;
         self
     }
 
@@ -158,8 +156,7 @@ impl SlabWalk {
         if self.unskipped {
             self.unskipped = false;
             self.slab = self.end;
-            let end = self.total.iter().fold(0.0f32, |a, b| a.max(*b)).ceil() as u32;
-            return Some(Stretch { begin: self.next, end });
+            return (self.last > 0).then_some(Stretch { begin: 0, end: self.last });
         }
         let size = BLOCK as i32;
         let mut looked_at_level1 = i32::MIN;
@@ -211,7 +208,11 @@ impl SlabWalk {
         Rectangle { axes: self.axes, slab, first, last }
     }
 
-    /// The sample numbers of all rays in a slab, those already handed out left out.
+    /// The steps of the packet at which any ray is in a slab, those already handed out left out.
+    ///
+    /// What was handed out before reaches down to where the last occupied slab begins. Nothing of this slab lies before
+    /// that: a slab's beginning is the least of *all* rays', on their lines before and after the volume too, and each
+    /// of them meets the slabs in turn.
     #[inline(always)]
     fn stretch(&self, slab: i32) -> Stretch {
         let (near, far) = ((slab * BLOCK as i32) as f32, ((slab + 1) * BLOCK as i32) as f32);
@@ -219,17 +220,17 @@ impl SlabWalk {
         for l in 0..MAX_LANES {
             let at_near = (near - self.origin[l]) * self.steps_per_voxel[l];
             let at_far = (far - self.origin[l]) * self.steps_per_voxel[l];
-            let total = self.total[l];
+            let (total, delay) = (self.total[l], self.delay[l]);
             let k0 = at_near.min(at_far) - DILATION;
             let k1 = at_near.max(at_far) + DILATION;
-            let misses = total <= 0.0 || k1 < 0.0 || k0 > total;
+            let hits = total > 0.0;
+            let inside = hits & (k1 >= 0.0) & (k0 <= total);
             // Sample k lies at k + 1/2; the last one, of a shorter stretch, lies up to half a step before that.
-            let upto = if k1 + 1.0 > total { total } else { k1 - 0.5 };
-            begin = begin.min(if misses { f32::INFINITY } else { k0 - 0.5 });
-            end = end.max(if misses { 0.0 } else { upto });
+            let upto = if k1 + 1.0 > total { total.ceil() } else { (k1 - 0.5).ceil() };
+            begin = begin.min(if hits { (k0 - 0.5).ceil() + delay } else { f32::INFINITY });
+            end = end.max(if inside { upto + delay } else { 0.0 });
         }
-        let begin = begin.ceil().clamp(0.0, 4e9) as u32;
-        Stretch { begin: begin.max(self.next), end: end.ceil() as u32 }
+        Stretch { begin: (begin.clamp(0.0, 4e9) as u32).max(self.next), end: end as u32 }
     }
 }
 
@@ -279,12 +280,13 @@ mod tests {
                 assert!(s.begin < s.end && handed_out.last().is_none_or(|l: &Stretch| l.end <= s.begin));
                 handed_out.push(s);
             }
-            for lane in &packet.lanes[..Packet::<S>::LANES] {
+            for (l, lane) in packet.lanes[..Packet::<S>::LANES].iter().enumerate() {
+                let delay = packet.delay[l] as u32;
                 for k in 0..lane.total.ceil() as u32 {
                     let middle = (k as f32 + 0.5).min(0.5 * (k as f32 + lane.total));
                     let p = lane.origin + lane.stride * middle;
                     let block = (p / BLOCK as f32).as_uvec3().min(d - UVec3::ONE);
-                    let covered = handed_out.iter().any(|s| (s.begin..s.end).contains(&k));
+                    let covered = handed_out.iter().any(|s| (s.begin..s.end).contains(&(k + delay)));
                     assert!(covered || !(self.occupied)(block), "sample {k} at {p} in block {block}");
                 }
             }

@@ -138,6 +138,31 @@ fn skipping_space_changes_no_pixel_and_takes_fewer_samples() {
 }
 
 #[test]
+fn skipping_space_changes_no_pixel_from_any_side() {
+    // A thin shell that reaches the volume's faces: rays of a packet enter at very different depths.
+    let volume = AnalyticField::MarschnerLobb.volume(100);
+    let gray = |value, opacity| cutaway_testing::scenes::point(value, [value; 3], opacity);
+    let points = vec![gray(0.0, 0.0), gray(0.6, 0.0), gray(0.601, 0.5), gray(1.0, 0.5)];
+    let function = cutaway_core::transfer_function::TransferFunction::new(points).unwrap();
+    let with = RenderSettings { resolution: [105, 86], ..RenderSettings::default() };
+    let without = RenderSettings { space_skipping: SpaceSkipping::Off, ..with.clone() };
+    for view in 0..60 {
+        let mut scenes =
+            [&with, &without].map(|s| framed(&volume, &function, Lighting::default(), s.clone()));
+        let mut camera = scenes[0].camera().clone();
+        camera.azimuth(f64::from(view) * 2.4);
+        camera.elevation((f64::from(view) * 1.7).sin() * 1.5);
+        camera.zoom([1.0, 3.0, 0.4][view as usize % 3]);
+        camera.orthographic = (view % 4 == 3).then_some(40.0);
+        for scene in &mut scenes {
+            scene.set_camera(camera.clone()).unwrap();
+        }
+        let [skipped, full] = scenes.map(|scene| cpu(&scene, SimdChoice::Auto, 0).0);
+        assert_eq!(skipped.pixels(), full.pixels(), "view {view}");
+    }
+}
+
+#[test]
 fn any_number_of_threads_gives_the_same_image() {
     let volume = oblique_noise(UVec3::new(37, 25, 19), 3);
     let scene = framed(

@@ -50,8 +50,7 @@ pub(super) fn packet<S: Simd, T: LaneVoxel>(
         let mut k = stretch.begin;
         while k < stretch.end {
             let until = stretch.end.min(k + CHECK_EVERY);
-            let inside = packet.total.simd_gt(k as f32);
-            let open = (inside & sum.transmittance.simd_ge(kernel.opaque_below)).to_bitmask();
+            let open = (packet.not_ended(k) & sum.transmittance.simd_ge(kernel.opaque_below)).to_bitmask();
             if open == 0 {
                 break;
             }

@@ -120,9 +120,8 @@ fn mean<S: Simd, T: LaneVoxel>(
 ) -> Projected<S> {
     let zero = S::f32s::splat(simd, 0.0);
     let mut sum = zero;
-    let end = packet.total.as_slice().iter().fold(0.0f32, |a, b| a.max(*b)).ceil() as u32;
     tile.runs += 1;
-    for k in 0..end {
+    for k in 0..packet.end() {
         let (middle, length) = packet.sample(simd, k);
         let position = grid.locate(simd, packet.position(middle));
         let value = grid.value(simd, &position);
