@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use cutaway_core::camera::{Camera, CameraError};
+use cutaway_core::colormaps::ColormapError;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
 use cutaway_core::scene::{
@@ -258,15 +259,13 @@ fn colormap(name: &str, args: &FunctionArgs, [lo, hi]: [f64; 2]) -> anyhow::Resu
             )));
         }
     };
-    let Some(points) = colormaps::by_name(name) else {
-        let tip = tip(name, colormaps::NAMES);
-        return Err(wrong_use(format!(
-            "no colour map is called `{name}`{tip} (`cutaway presets` lists them)"
-        )));
-    };
-    let colors: Vec<_> = points.into_iter().map(|(at, color)| (lo + at * (hi - lo), color)).collect();
-    TransferFunction::from_color_and_opacity(&colors, &opacities)
-        .map_err(|e| wrong_use(format!("--opacity: {e}")))
+    colormaps::over_range(name, lo, hi, &opacities).map_err(|error| match error {
+        ColormapError::Unknown { .. } => {
+            let tip = tip(name, colormaps::NAMES);
+            wrong_use(format!("no colour map is called `{name}`{tip} (`cutaway presets` lists them)"))
+        }
+        error => wrong_use(format!("--opacity: {error}")),
+    })
 }
 
 fn camera(

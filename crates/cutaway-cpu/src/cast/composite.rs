@@ -54,9 +54,8 @@ pub(super) fn packet<S: Simd, T: LaneVoxel>(
             if open == 0 {
                 break;
             }
-            tile.samples += u64::from(open.count_ones()) * u64::from(until - k);
             for k in k..until {
-                caster.sample(simd, &mut sum, k);
+                tile.samples += u64::from(caster.sample(simd, &mut sum, k));
             }
             k = until;
         }
@@ -86,17 +85,18 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
         Self { kernel, grid, packet, opacities, colors, light }
     }
 
-    /// Takes sample `k` of the lanes that are still open.
+    /// Takes the samples of step `k` of the lanes that are still open; returns how many those are.
     #[inline(always)]
-    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32) {
+    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32) -> u32 {
         let (middle, length) = self.packet.sample(simd, k);
         let at = self.grid.locate(simd, self.packet.position(middle));
         let index = self.table_index(simd, self.grid.value(simd, &at));
         let alpha = S::f32s::from_slice(simd, &self.opacities.singles(simd, index)[..S::f32s::LEN]);
         let open = length.simd_gt(0.0) & sum.transmittance.simd_ge(self.kernel.opaque_below);
+        let taken = open.to_bitmask().count_ones();
         let mut alpha = open.select(alpha, S::f32s::splat(simd, 0.0));
         if !alpha.simd_gt(0.0).any_true() {
-            return;
+            return taken;
         }
         if length.simd_lt(1.0).any_true() {
             alpha = shorter(simd, alpha, length);
@@ -118,6 +118,7 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
         let [sum_r, sum_g, sum_b] = sum.color;
         sum.color = [weight.mul_add(r, sum_r), weight.mul_add(g, sum_g), weight.mul_add(b, sum_b)];
         sum.transmittance = after;
+        taken
     }
 
     #[inline(always)]

@@ -112,6 +112,10 @@ fn read_source(
     let head = source.head(format::HEAD);
     let (head, inside) = head.map_err(|error| ReadError::Io { file: file.to_owned(), offset: 0, error })?;
     let format = format::detect(file, name, &head, inside.as_deref(), options)?;
+    if format != Format::Raw && options.raw != RawOptions::default() {
+        let notice = "this file says itself what it holds: what was said of raw data (dims, type, spacing, ...) is not used";
+        ctx.notices.push(notice.to_owned());
+    }
     let stream = |source| {
         if inside.is_some() { Stream::gunzip(file, source) } else { Stream::plain(file, source) }
     };
