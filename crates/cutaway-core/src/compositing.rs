@@ -8,12 +8,6 @@ pub fn segment_opacity(extinction: f64, length: f64) -> f64 {
     -f64::exp_m1(-extinction * length)
 }
 
-/// The opacity over `ratio` times the length over which it is `opacity`.
-#[inline]
-pub fn rescale_opacity(opacity: f64, ratio: f64) -> f64 {
-    -f64::exp_m1(ratio * f64::ln_1p(-opacity))
-}
-
 /// `back` seen through `front`; both premultiplied RGBA.
 #[inline]
 pub fn over(front: [f32; 4], back: [f32; 4]) -> [f32; 4] {
@@ -31,12 +25,6 @@ mod tests {
             let (a, b) = (segment_opacity(sigma, length * split), segment_opacity(sigma, length * (1.0 - split)));
             let whole = segment_opacity(sigma, length);
             prop_assert!((a + (1.0 - a) * b - whole).abs() < 1e-14);
-        }
-
-        #[test]
-        fn rescaled_opacity_follows_the_extinction(sigma in 0.0f64..20.0, ratio in 0.0f64..4.0) {
-            let expected = segment_opacity(sigma, 0.3 * ratio);
-            prop_assert!((rescale_opacity(segment_opacity(sigma, 0.3), ratio) - expected).abs() < 1e-9);
         }
 
         #[test]

@@ -11,6 +11,8 @@
 pub mod compare;
 mod ssim;
 
+use crate::compositing::over;
+
 /// Why an image could not be made.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -161,12 +163,6 @@ impl Image {
         // The product fits: the pixels are in memory.
         (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
     }
-}
-
-/// Composites `back` behind `front`; both premultiplied.
-fn over(front: [f32; 4], back: [f32; 4]) -> [f32; 4] {
-    let transmittance = 1.0 - front[3];
-    std::array::from_fn(|c| front[c] + transmittance * back[c])
 }
 
 /// The premultiplied form of a straight colour.
