@@ -524,7 +524,7 @@ fn minmax<T: Copy + PartialOrd + Send + Sync>(values: &[T]) -> (T, T) {
 }
 
 fn store<T: Voxel>(voxels: Vec<T>) -> Stored {
-    // One of these casts is the identity for each T; bytemuck would need Pod for the same thing.
+    // One of these casts is the identity for each T: a vector that is stored as it is need not be copied.
     let any: &dyn std::any::Any = &voxels;
     if any.is::<Vec<u8>>() {
         let any: Box<dyn std::any::Any> = Box::new(voxels);
