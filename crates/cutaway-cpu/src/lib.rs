@@ -11,7 +11,8 @@
 //! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame).
 //!
 //! Inside: the image is cut into tiles (`tiles`), a tile into packets of neighbouring pixels, one pixel a SIMD lane
-//! (`packet`); a packet finds its way past empty blocks (`slabs`) and is cast by one of three kernels (`cast`) that share one field sampler (`sample`).
+//! (`packet`); a packet finds its way past empty blocks (`slabs`) and is cast by one of three kernels (`cast`), two of
+//! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64.
 #![deny(unsafe_code)]
 
 mod cast;

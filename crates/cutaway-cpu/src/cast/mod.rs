@@ -1,7 +1,7 @@
 //! Casting: three kernels, one for each way a ray turns values into a colour.
 //!
 //! [`composite`] accumulates colour and opacity, [`projection`] keeps the maximum, minimum or mean, [`isosurface`]
-//! finds exact crossings. Each takes one packet and writes its pixels into a tile.
+//! finds exact crossings. The first two take a packet at a time, the last a ray; each writes its pixels into a tile.
 
 mod composite;
 mod isosurface;
