@@ -6,6 +6,7 @@
 
 pub mod analytic;
 pub mod camera;
+pub mod clip;
 pub mod colormaps;
 pub mod compositing;
 pub mod cubic;

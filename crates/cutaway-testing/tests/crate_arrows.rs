@@ -8,7 +8,7 @@ use serde_json::Value;
 const ALLOWED: &[(&str, &[&str])] = &[
     ("cutaway-core", &[]),
     ("cutaway-mesh", &["cutaway-core"]),
-    ("cutaway-io", &["cutaway-core"]),
+    ("cutaway-io", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-cpu", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-gpu", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway", &["cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu"]),

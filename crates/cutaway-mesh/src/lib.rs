@@ -1,0 +1,8 @@
+//! Closed surfaces to cut volumes with: triangle meshes, and where rays cross them.
+//!
+//! What enters: vertices and triangles, in *object* space. What leaves: [`cutaway_core::clip::Event`]s along rays.
+#![forbid(unsafe_code)]
+
+mod mesh;
+
+pub use mesh::{MeshError, TriangleMesh};
