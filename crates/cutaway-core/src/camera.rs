@@ -221,6 +221,29 @@ impl RayGenerator {
         }
     }
 
+    /// The points at which the rays pass a plane at this depth in front of the camera.
+    pub fn plane(&self, depth: f64) -> PixelPlane {
+        let scale = 2.0 * self.half_height / self.size.y * if self.orthographic { 1.0 } else { depth };
+        let (per_x, per_y) = (self.axes.right * scale, self.axes.up * -scale);
+        let middle = self.position + self.axes.forward * depth;
+        Self::plane_around(middle, per_x, per_y, self.size)
+    }
+
+    fn plane_around(middle: DVec3, per_x: DVec3, per_y: DVec3, size: DVec2) -> PixelPlane {
+        let first = middle + per_x * (0.5 - 0.5 * size.x) + per_y * (0.5 - 0.5 * size.y);
+        PixelPlane { first, per_x, per_y }
+    }
+
+    /// Where all rays begin, unless they are parallel.
+    pub fn eye(&self) -> Option<DVec3> {
+        (!self.orthographic).then_some(self.position)
+    }
+
+    /// How far in front of the camera a point is, along the view.
+    pub fn depth_of(&self, point: DVec3) -> f64 {
+        (point - self.position).dot(self.axes.forward)
+    }
+
     /// The axes of the view.
     pub fn axes(&self) -> &ViewAxes {
         &self.axes
@@ -229,6 +252,24 @@ impl RayGenerator {
     /// The rotation from view to world: columns right, up, backward.
     pub fn world_from_view(&self) -> DMat3 {
         DMat3::from_cols(self.axes.right, self.axes.up, -self.axes.forward)
+    }
+}
+
+/// Points of a plane parallel to the image, one a pixel: an affine function, for code that makes many rays at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelPlane {
+    /// The point of pixel (0, 0), in the world.
+    pub first: DVec3,
+    /// From a pixel's point to that of the pixel right of it.
+    pub per_x: DVec3,
+    /// From a pixel's point to that of the pixel below it.
+    pub per_y: DVec3,
+}
+
+impl PixelPlane {
+    /// The point of a pixel.
+    pub fn at(&self, x: u32, y: u32) -> DVec3 {
+        self.first + self.per_x * f64::from(x) + self.per_y * f64::from(y)
     }
 }
 
@@ -262,6 +303,21 @@ mod tests {
             view_up: [0.0, 0.0, 1.0],
             view_angle: 90.0,
             orthographic: None,
+        }
+    }
+
+    #[test]
+    fn every_ray_passes_through_its_point_of_a_plane() {
+        for orthographic in [None, Some(7.0)] {
+            let rays = Camera { orthographic, ..camera() }.rays(31, 17);
+            let plane = rays.plane(6.5);
+            for (x, y) in [(0, 0), (30, 0), (4, 16), (15, 8)] {
+                let (ray, point) = (rays.pixel(x, y), plane.at(x, y));
+                assert!((rays.depth_of(point) - 6.5).abs() < 1e-12);
+                let off = (point - ray.origin).cross(ray.direction).length();
+                assert!(off < 1e-12, "{off} from the ray of ({x}, {y})");
+                assert!(rays.eye().is_none_or(|eye| eye == ray.origin));
+            }
         }
     }
 

@@ -281,9 +281,19 @@ impl ClassificationTable {
     /// the rounding of interpolation.
     #[inline]
     pub fn visible(&self, lo: f32, hi: f32) -> bool {
-        let first = self.index(lo).saturating_sub(1);
-        let end = (self.index(hi) + 2).min(self.entries.len());
+        let (first, end) = self.entries_of(lo, hi);
         self.visible_before[end] > self.visible_before[first]
+    }
+
+    /// Whether every look-up of a stored number in `lo..=hi` is visible.
+    #[inline]
+    pub fn all_visible(&self, lo: f32, hi: f32) -> bool {
+        let (first, end) = self.entries_of(lo, hi);
+        (self.visible_before[end] - self.visible_before[first]) as usize == end - first
+    }
+
+    fn entries_of(&self, lo: f32, hi: f32) -> (usize, usize) {
+        (self.index(lo).saturating_sub(1), (self.index(hi) + 2).min(self.entries.len()))
     }
 }
 

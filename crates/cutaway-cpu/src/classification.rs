@@ -1,4 +1,4 @@
-//! Classification: what stored numbers look like to the kernels, and which blocks can be seen.
+//! Classification: what stored numbers look like to the kernels, and what there is to see in which blocks.
 //!
 //! Rebuilt on a change of transfer function, mode or step, in time proportional to the number of blocks; no voxel is read.
 
@@ -6,19 +6,48 @@ use cutaway_core::compositing::segment_opacity;
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
+use cutaway_core::value_ranges::{BlockGrid, ValueRanges};
+use rayon::prelude::*;
 
 use crate::renderer::CpuVolume;
 
-/// Tables and occupancy of one scene's transfer function, mode and step.
+/// What there is to see in a block, as bits; of several blocks together, either's.
+pub(crate) mod cast_piece {
+    /// Something in it may be visible. A block without this bit is never sampled.
+    pub(crate) const VISIBLE: u8 = 1;
+    /// Something in it may be transparent: opacity is looked up first, and colour where it is needed. Without this bit
+    /// colour and opacity come in one look-up.
+    pub(crate) const PARTLY: u8 = 2;
+}
+
+/// What is in the blocks of a volume, in two levels: bits of [`cast_piece`], 0 where nothing can be seen.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockMap {
+    pub(crate) fine: BlockGrid<u8>,
+    pub(crate) coarse: BlockGrid<u8>,
+}
+
+impl BlockMap {
+    fn new(ranges: &ValueRanges, piece: impl Fn(f32, f32) -> u8 + Sync) -> Self {
+        let blocks = ranges.level0.blocks.par_iter().map(|&[lo, hi]| piece(lo, hi)).collect();
+        let fine = BlockGrid { dimensions: ranges.level0.dimensions, blocks };
+        let coarse = fine.coarser(0, |any, b| any | b);
+        Self { fine, coarse }
+    }
+}
+
+/// Tables and blocks of one scene's transfer function, mode and step.
 #[derive(Clone, Debug)]
 pub struct Classification {
-    /// *Opacity of a whole step* of each entry: read for every sample.
+    /// *Opacity of a whole step* of each entry: what is looked up where much is transparent.
     pub(crate) opacities: Vec<f32>,
-    /// Straight colour of each entry, padded: read where something is visible.
+    /// Straight colour and *opacity of a whole step* of each entry.
     pub(crate) colors: Vec<[f32; 4]>,
     /// Stored number of entry 0, entries per stored unit.
     pub(crate) index_map: (f32, f32),
-    pub(crate) occupancy: Occupancy,
+    pub(crate) blocks: BlockMap,
+    /// For rays that go block by block: isosurfaces.
+    pub(crate) occupancy: Option<Occupancy>,
 }
 
 impl Classification {
@@ -30,23 +59,34 @@ impl Classification {
         let (unit, step) = (scene.unit_distance(), scene.step_length());
         let opacity_of_step =
             |opacity: f32| segment_opacity(extinction(f64::from(opacity), unit), step) as f32;
-        let opacities = table.entries().iter().map(|e| opacity_of_step(e[3])).collect();
-        let colors = table.entries().to_vec();
+        let colors: Vec<[f32; 4]> =
+            table.entries().iter().map(|&[r, g, b, a]| [r, g, b, opacity_of_step(a)]).collect();
+        let opacities = colors.iter().map(|e| e[3]).collect();
         let settings = scene.settings();
         let ranges = volume.ranges();
         let isovalues: Vec<f64> = settings.iso.iter().map(|v| source.rescale().stored(*v)).collect();
-        let occupancy = match (settings.space_skipping, settings.mode) {
-            (SpaceSkipping::Off, _) | (_, Mode::Mip | Mode::Minip | Mode::Mean) => Occupancy::full(ranges),
-            (SpaceSkipping::Auto, Mode::Composite) => Occupancy::new(ranges, |lo, hi| table.visible(lo, hi)),
-            (SpaceSkipping::Auto, Mode::Iso) => Occupancy::new(ranges, |lo, hi| {
-                isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v))
-            }),
-        };
-        Self { opacities, colors, index_map: table.index_map(), occupancy }
+        let skipping = settings.space_skipping != SpaceSkipping::Off;
+        let blocks = BlockMap::new(ranges, |lo, hi| match settings.mode {
+            Mode::Composite if skipping && !table.visible(lo, hi) => 0,
+            Mode::Composite if table.all_visible(lo, hi) => cast_piece::VISIBLE,
+            _ => cast_piece::VISIBLE | cast_piece::PARTLY,
+        });
+        let occupancy = (settings.mode == Mode::Iso).then(|| {
+            let met =
+                |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
+            if skipping { Occupancy::new(ranges, met) } else { Occupancy::full(ranges) }
+        });
+        Self { opacities, colors, index_map: table.index_map(), blocks, occupancy }
     }
 
     /// The share of blocks that can be visible, 0..=1.
     pub fn occupied_fraction(&self) -> f64 {
-        self.occupancy.occupied_fraction()
+        match &self.occupancy {
+            Some(occupancy) => occupancy.occupied_fraction(),
+            None => {
+                let blocks = &self.blocks.fine.blocks;
+                blocks.iter().filter(|b| **b != 0).count() as f64 / blocks.len().max(1) as f64
+            }
+        }
     }
 }

@@ -15,13 +15,14 @@
 //! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64.
 #![deny(unsafe_code)]
 
+mod bundle;
 mod cast;
 mod classification;
 mod packet;
+mod rays;
 mod renderer;
 mod sample;
 mod simd;
-mod slabs;
 mod tiles;
 
 pub use classification::Classification;

@@ -1,18 +1,16 @@
 //! Packets: a few neighbouring pixels whose rays are cast together, one a SIMD lane.
 //!
-//! A ray is kept in voxel space and in *steps*: `position(k) = origin + k * stride`, `k = 0` where it enters the
-//! volume's box. Sample `k` stands for the stretch `k..k + 1`, or `k..total` if that is shorter, and lies in its middle.
-//! The rays of a packet go in step: at step `j` of the packet a ray takes its sample `j - delay`, its delay being the
-//! steps by which it entered the volume later than the first.
+//! A ray is kept in voxel space and in *steps*. The rays of a packet go in step: `position(j) = origin + j * stride` with
+//! one `j` for all of them, and each ray is inside the volume for `j` in `first..end`. `first` is a whole number, the
+//! steps by which a ray enters later than the first of its packet, so that rays that enter through a face at a slant are
+//! level with their neighbours once they are inside. Sample `j` stands for the stretch `j..j + 1`, or `j..end` if that is
+//! shorter, and lies in its middle.
 
-use cutaway_core::camera::{Ray, intersect_box};
-use cutaway_core::glam::{DVec3, UVec3, Vec3};
-use cutaway_core::occupancy::BlockWalk;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
+use crate::rays::{Frame, PacketRays};
 use crate::simd::MAX_LANES;
-use crate::tiles::Frame;
 
 /// Width and height in pixels of a packet of this many lanes.
 pub(crate) const fn packet_shape(lanes: usize) -> (u32, u32) {
@@ -24,190 +22,206 @@ pub(crate) const fn packet_shape(lanes: usize) -> (u32, u32) {
     }
 }
 
-/// One ray of a packet, in voxel space, counted in steps.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LaneRay {
-    /// Where it enters the box.
-    pub(crate) origin: Vec3,
-    /// A point of its line, whether it meets the box or not: that nearest to the middle of the box.
-    pub(crate) line_origin: Vec3,
-    pub(crate) stride: Vec3,
-    /// Length inside the box, in steps; zero where the ray misses it.
-    pub(crate) total: f32,
-    /// World distance from the ray's own origin to where `k = 0`.
-    pub(crate) t_entry: f64,
-    /// World direction, unit length.
-    pub(crate) direction: DVec3,
-}
+/// Components of a stride below this many voxels count as none: such a ray does not come to a plane of that axis.
+const NO_STRIDE: f32 = 1e-9;
 
-impl LaneRay {
-    /// A ray of no pixel.
-    const NONE: Self = Self {
-        origin: Vec3::ZERO,
-        line_origin: Vec3::ZERO,
-        stride: Vec3::ZERO,
-        total: 0.0,
-        t_entry: f64::INFINITY,
-        direction: DVec3::Z,
-    };
-
-    /// The ray of a pixel.
-    pub(crate) fn new(frame: &Frame, x: u32, y: u32) -> Self {
-        let ray = frame.rays.pixel(x, y);
-        let voxel_from_world = frame.volume.voxel_from_world();
-        let origin = voxel_from_world.transform_point3(ray.origin);
-        let direction = voxel_from_world.transform_vector3(ray.direction);
-        Self::in_voxels(ray, origin, direction, frame.volume.extent(), frame.step_length)
-    }
-
-    /// A ray of the world whose origin and direction in voxel space are these, in a box from zero to `extent`.
-    pub(crate) fn in_voxels(
-        ray: Ray,
-        origin: DVec3,
-        direction: DVec3,
-        extent: DVec3,
-        step_length: f64,
-    ) -> Self {
-        // From a far eye, f32 would not tell neighbouring rays apart.
-        let t_middle = (extent * 0.5 - origin).dot(direction) / direction.length_squared();
-        let line = Self {
-            line_origin: (origin + direction * t_middle).as_vec3(),
-            stride: (direction * step_length).as_vec3(),
-            direction: ray.direction,
-            ..Self::NONE
-        };
-        match intersect_box(origin, direction, extent) {
-            None => line,
-            Some(segment) => Self {
-                origin: (origin + direction * segment.t_near()).as_vec3(),
-                total: (segment.length() / step_length) as f32,
-                t_entry: segment.t_near(),
-                ..line
-            },
-        }
-    }
-
-    /// Its own way through a grid of `blocks`.
-    pub(crate) fn walk(&self, blocks: UVec3) -> BlockWalk {
-        if self.total > 0.0 {
-            BlockWalk::new(self.origin, self.stride, self.total, blocks)
-        } else {
-            BlockWalk::ENDED
-        }
-    }
-}
-
-/// The rays of a packet, lane by lane and as vectors.
+/// The rays of a packet.
+#[derive(Clone, Copy)]
 pub(crate) struct Packet<S: Simd> {
-    pub(crate) lanes: [LaneRay; MAX_LANES],
+    /// Where each ray is at step 0 of the packet, in voxel space; may lie before its entry.
     pub(crate) origin: [S::f32s; 3],
+    /// Voxels a step.
     pub(crate) stride: [S::f32s; 3],
-    pub(crate) total: S::f32s,
-    /// The axis that all rays follow, if there is one: see [`common_axis`].
-    pub(crate) axis: Option<usize>,
-    /// By how many steps each ray starts later than the packet, whole numbers.
-    pub(crate) delay: [f32; MAX_LANES],
-    delays: S::f32s,
+    /// Steps of the packet at which each ray enters, whole, and leaves the volume. Both 0 for rays that miss it.
+    pub(crate) first: S::f32s,
+    pub(crate) end: S::f32s,
+    /// World distance of each ray's step 0 from its own beginning.
+    pub(crate) t_origin: S::f32s,
+    /// All rays, whether they meet the volume or not, seen from the common axis.
+    pub(crate) bounds: Bounds,
 }
+
+/// What a packet covers, along the axis that its rays follow and across it. Positions along a descending axis are
+/// negated, so that every axis ascends here.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Bounds {
+    /// Of the rays that meet the volume: least and greatest position along the axis at step 0, and growth a step.
+    pub(crate) origin: [f32; 2],
+    pub(crate) stride: [f32; 2],
+    /// Least and greatest position along the axis inside the volume.
+    pub(crate) inside: [f32; 2],
+    /// The first and the last step at which a ray leaves the volume.
+    pub(crate) end: [f32; 2],
+    /// Per other axis: least and greatest position where the axis is at 0, and growth a voxel along it.
+    pub(crate) across: [[f32; 2]; 2],
+    pub(crate) slope: [[f32; 2]; 2],
+    /// Whether any ray meets the volume.
+    pub(crate) hits: bool,
+}
+
+/// The axis that the rays of a packet follow: its number, and whether they ascend.
+pub(crate) type Axis = Option<(usize, bool)>;
 
 impl<S: Simd> Packet<S> {
     /// Lanes in use.
     pub(crate) const LANES: usize = S::f32s::LEN;
 
-    /// The packet of a frame whose first pixel is `(x, y)`. Pixels beyond the image sample nothing.
+    /// The packet whose first pixel is `(x, y)`. Pixels beyond the image miss the volume.
     #[inline(always)]
-    pub(crate) fn new(simd: S, frame: &Frame, x: u32, y: u32) -> Self {
-        let lane = |x: u32, y: u32| {
-            let lane = LaneRay::new(frame, x, y);
-            if x < frame.width && y < frame.height { lane } else { LaneRay { total: 0.0, ..lane } }
-        };
-        Self::of(simd, lane, x, y)
+    pub(crate) fn new(simd: S, frame: &Frame, axis: Axis, x: u32, y: u32) -> Self {
+        let (column, row) = pixels_of_lanes(simd);
+        let rays = frame.packet_rays(x, y);
+        let beyond_x = column.simd_ge(frame.width.saturating_sub(x) as f32);
+        let beyond_y = row.simd_ge(frame.height.saturating_sub(y) as f32);
+        let extent = frame.volume.extent().as_vec3().to_array();
+        Self::of(simd, &rays, extent, axis, column, row, beyond_x | beyond_y)
     }
 
-    /// The packet whose first pixel is `(x, y)`, its rays from a function of pixels.
     #[inline(always)]
-    pub(crate) fn of(simd: S, lane: impl Fn(u32, u32) -> LaneRay, x: u32, y: u32) -> Self {
-        let (width, height) = packet_shape(Self::LANES);
-        let mut lanes = [LaneRay::NONE; MAX_LANES];
-        for (l, to) in lanes[..Self::LANES].iter_mut().enumerate() {
-            *to = lane(x + l as u32 % width, y + l as u32 / width % height);
+    #[allow(clippy::too_many_arguments, reason = "the lanes' columns and rows come apart only for tests")]
+    pub(crate) fn of(
+        simd: S,
+        rays: &PacketRays,
+        extent: [f32; 3],
+        axis: Axis,
+        column: S::f32s,
+        row: S::f32s,
+        left_out: <S::f32s as SimdBase<S>>::Mask,
+    ) -> Self {
+        let zero = S::f32s::splat(simd, 0.0);
+        let across = column.mul_add(rays.tangent_per_pixel, rays.tangents[0]);
+        let along = row.mul_add(rays.tangent_per_pixel, rays.tangents[1]);
+        let length = across.mul_add(across, along.mul_add(along, S::f32s::splat(simd, 1.0))).sqrt();
+        let per_depth = S::f32s::splat(simd, rays.step_length) / length;
+        let (mut point, mut stride) = ([zero; 3], [zero; 3]);
+        // Not before the eye: the steps from there to the point.
+        let world_of_point = length * rays.depth;
+        let mut near = world_of_point * (-1.0 / rays.step_length);
+        let mut far = S::f32s::splat(simd, f32::INFINITY);
+        for a in 0..3 {
+            let in_row = column.mul_add(rays.point_per_x[a], rays.point[a]);
+            point[a] = row.mul_add(rays.point_per_y[a], in_row);
+            let in_row = column.mul_add(rays.direction_per_x[a], rays.direction[a]);
+            stride[a] = row.mul_add(rays.direction_per_y[a], in_row) * per_depth;
+            let inverse = S::f32s::splat(simd, 1.0) / stride[a];
+            let (at_low, at_high) = ((zero - point[a]) * inverse, (zero - point[a] + extent[a]) * inverse);
+            let within = point[a].simd_ge(0.0) & point[a].simd_le(extent[a]);
+            let infinity = S::f32s::splat(simd, f32::INFINITY);
+            let parallel = stride[a].abs().simd_lt(NO_STRIDE);
+            let low = parallel.select(within.select(zero - infinity, infinity), at_low.min(at_high));
+            let high = parallel.select(within.select(infinity, zero - infinity), at_low.max(at_high));
+            near = near.max(low);
+            far = far.min(high);
         }
-        let origin = vector3(simd, lanes.map(|r| r.origin));
-        let stride = vector3(simd, lanes.map(|r| r.stride));
-        let total = S::f32s::from_slice(simd, &lanes.map(|r| r.total)[..Self::LANES]);
-        let corners = Self::corner_lanes().map(|l| lanes[l].stride);
-        let axis = common_axis(&lanes[..Self::LANES], &corners);
-        let delay = axis.map_or([0.0; MAX_LANES], |axis| delays(&lanes, axis));
-        let delays = S::f32s::from_slice(simd, &delay[..Self::LANES]);
-        Self { origin, stride, total, lanes, axis, delay, delays }
+        let hits = near.simd_lt(far) & !left_out;
+        let (near, total) = (hits.select(near, zero), hits.select(far - near, zero));
+        let mut origin = [zero; 3];
+        for a in 0..3 {
+            origin[a] = stride[a].mul_add(near, point[a]);
+        }
+        let t_entry = near.mul_add(rays.step_length, world_of_point);
+        let mut packet =
+            Self { origin, stride, first: zero, end: total, t_origin: t_entry, bounds: Bounds::default() };
+        packet.bounds.hits = hits.any_true();
+        if let (Some(axis), true) = (axis, packet.bounds.hits) {
+            packet.delay(simd, axis, hits, rays.step_length);
+            packet.bound(simd, axis, hits);
+        }
+        let ends = packet.end;
+        packet.bounds.end = [hits.select(ends, far).reduce_min(), ends.reduce_max()];
+        packet
     }
 
-    /// The lanes of the packet's corner pixels.
-    pub(crate) fn corner_lanes() -> [usize; 4] {
-        let width = packet_shape(Self::LANES).0 as usize;
-        [0, width - 1, Self::LANES - width, Self::LANES - 1]
+    /// Brings the rays in step along an axis.
+    #[inline(always)]
+    fn delay(
+        &mut self,
+        simd: S,
+        (axis, ascending): (usize, bool),
+        hits: <S::f32s as SimdBase<S>>::Mask,
+        step_length: f32,
+    ) {
+        let sign = if ascending { 1.0 } else { -1.0 };
+        let zero = S::f32s::splat(simd, 0.0);
+        let along = self.origin[axis] * sign;
+        let foremost = hits.select(along, S::f32s::splat(simd, f32::INFINITY)).reduce_min();
+        let steps = ((along - foremost) / (self.stride[axis] * sign)).floor();
+        self.first = hits.select(steps.max(0.0), zero);
+        self.end += self.first;
+        for a in 0..3 {
+            self.origin[a] = self.origin[a] - self.stride[a] * self.first;
+        }
+        self.t_origin = self.t_origin - self.first * step_length;
     }
 
-    /// Steps of the packet until its last ray has ended.
-    pub(crate) fn end(&self) -> u32 {
-        let ends = self.lanes.iter().zip(self.delay).filter(|(lane, _)| lane.total > 0.0);
-        ends.fold(0.0f32, |end, (lane, delay)| end.max(lane.total.ceil() + delay)) as u32
+    #[inline(always)]
+    fn bound(&mut self, simd: S, (axis, ascending): (usize, bool), hits: <S::f32s as SimdBase<S>>::Mask) {
+        let sign = if ascending { 1.0 } else { -1.0 };
+        let range_of_hits = |v: S::f32s| {
+            let (most, least) =
+                (S::f32s::splat(simd, f32::INFINITY), S::f32s::splat(simd, f32::NEG_INFINITY));
+            [hits.select(v, most).reduce_min(), hits.select(v, least).reduce_max()]
+        };
+        let (origin, stride) = (self.origin[axis] * sign, self.stride[axis] * sign);
+        self.bounds.origin = range_of_hits(origin);
+        self.bounds.stride = range_of_hits(stride);
+        let entry = range_of_hits(stride.mul_add(self.first, origin))[0];
+        let exit = range_of_hits(stride.mul_add(self.end, origin))[1];
+        self.bounds.inside = [entry, exit];
+        for (k, other) in [(axis + 1) % 3, (axis + 2) % 3].into_iter().enumerate() {
+            // Along each ray the other position is linear in that along the axis. The least of several linear functions
+            // is concave, the greatest convex: between two places the straight line through their bounds bounds it.
+            let slope = self.stride[other] / stride;
+            let (near, far) = (entry, exit.max(entry + 1.0));
+            let at = |p: f32| slope.mul_add((origin - p) * -1.0, self.origin[other]);
+            let (at_near, at_far) = (range_of_hits(at(near)), range_of_hits(at(far)));
+            for side in 0..2 {
+                let growth = (at_far[side] - at_near[side]) / (far - near);
+                self.bounds.slope[k][side] = growth;
+                self.bounds.across[k][side] = at_near[side] - growth * near;
+            }
+        }
     }
 
-    /// Step `j` of the packet: where each ray's sample lies along it, in steps, and the length it stands for, in steps:
-    /// at most one, and not above zero where the ray has not begun or has ended.
+    /// Where each ray's sample `j` lies, in steps, and the length it stands for, in steps: at most one, and not above zero
+    /// where the ray has not begun or has ended.
     #[inline(always)]
     pub(crate) fn sample(&self, simd: S, j: u32) -> (S::f32s, S::f32s) {
-        let k = S::f32s::splat(simd, j as f32) - self.delays;
-        let middle = (k + 0.5).min((k + self.total) * 0.5);
-        let length = (self.total - k).min(1.0);
-        (middle, k.simd_ge(0.0).select(length, S::f32s::splat(simd, 0.0)))
+        let j = S::f32s::splat(simd, j as f32);
+        let middle = (j + 0.5).min((j + self.end) * 0.5);
+        let length = (self.end - j).min(1.0);
+        (middle, j.simd_ge(self.first).select(length, S::f32s::splat(simd, 0.0)))
     }
 
-    /// Rays that have samples at or after step `j` of the packet.
+    /// Rays that have samples at or after step `j`.
     #[inline(always)]
     pub(crate) fn not_ended(&self, j: u32) -> <S::f32s as SimdBase<S>>::Mask {
-        (self.total + self.delays).simd_gt(j as f32)
+        self.end.simd_gt(j as f32)
     }
 
-    /// Position in voxel space at `k` steps along each ray.
+    /// Position in voxel space at step `j` of each ray.
     #[inline(always)]
-    pub(crate) fn position(&self, k: S::f32s) -> [S::f32s; 3] {
+    pub(crate) fn position(&self, j: S::f32s) -> [S::f32s; 3] {
         let ([ox, oy, oz], [sx, sy, sz]) = (self.origin, self.stride);
-        [sx.mul_add(k, ox), sy.mul_add(k, oy), sz.mul_add(k, oz)]
+        [sx.mul_add(j, ox), sy.mul_add(j, oy), sz.mul_add(j, oz)]
+    }
+
+    /// Rays that meet the volume.
+    #[inline(always)]
+    pub(crate) fn hits(&self) -> <S::f32s as SimdBase<S>>::Mask {
+        self.end.simd_gt(0.0)
     }
 }
 
-/// The axis along which all rays of a packet run in the same direction and lean from it by less than three to one: along
-/// it, what is empty can be skipped for all of them at once.
-fn common_axis(lanes: &[LaneRay], corners: &[Vec3; 4]) -> Option<usize> {
-    let forward: Vec3 = corners.iter().sum();
-    let axis = forward.abs().max_position();
-    let along = |d: Vec3| d[axis] * forward[axis] > 0.0 && 3.0 * d[axis].abs() > d.abs().max_element();
-    let together =
-        corners.iter().all(|d| along(*d)) && lanes.iter().all(|l| l.total <= 0.0 || along(l.stride));
-    together.then_some(axis)
-}
-
-/// By how many whole steps each ray enters the volume later than the first one, along an axis: rays that enter through
-/// a face at a slant are in step with their neighbours once they are inside.
-fn delays(lanes: &[LaneRay; MAX_LANES], axis: usize) -> [f32; MAX_LANES] {
-    let hits = || lanes.iter().filter(|l| l.total > 0.0);
-    let ascending = hits().any(|l| l.stride[axis] > 0.0);
-    let nearer = |a: f32, b: f32| if ascending { a.min(b) } else { a.max(b) };
-    let Some(first) = hits().map(|l| l.origin[axis]).reduce(nearer) else { return [0.0; MAX_LANES] };
-    lanes.map(
-        |l| if l.total > 0.0 { ((l.origin[axis] - first) / l.stride[axis]).floor().max(0.0) } else { 0.0 },
-    )
-}
-
-/// One vector a component.
+/// Column and row of each lane's pixel within its packet.
 #[inline(always)]
-pub(crate) fn vector3<S: Simd>(simd: S, lanes: [Vec3; MAX_LANES]) -> [S::f32s; 3] {
+pub(crate) fn pixels_of_lanes<S: Simd>(simd: S) -> (S::f32s, S::f32s) {
+    let (width, height) = packet_shape(S::f32s::LEN);
+    let (mut column, mut row) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
+    for l in 0..S::f32s::LEN {
+        column[l] = (l as u32 % width) as f32;
+        row[l] = (l as u32 / width % height) as f32;
+    }
     let n = S::f32s::LEN;
-    [
-        S::f32s::from_slice(simd, &lanes.map(|v| v.x)[..n]),
-        S::f32s::from_slice(simd, &lanes.map(|v| v.y)[..n]),
-        S::f32s::from_slice(simd, &lanes.map(|v| v.z)[..n]),
-    ]
+    (S::f32s::from_slice(simd, &column[..n]), S::f32s::from_slice(simd, &row[..n]))
 }

@@ -9,8 +9,9 @@ use rayon::prelude::*;
 
 use crate::cast::{self, Kernel};
 use crate::classification::Classification;
+use crate::rays::Frame;
 use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
-use crate::tiles::{Frame, TILE, Tile, morton_tiles};
+use crate::tiles::{TILE, Tile, morton_tiles};
 
 /// Why the engine cannot start or render.
 #[derive(Debug, thiserror::Error)]
@@ -115,13 +116,7 @@ impl CpuRenderer {
         progress: &(dyn Fn(f32) + Sync),
     ) -> (Image, Statistics) {
         let (width, height) = scene.resolution();
-        let frame = Frame {
-            volume: scene.volume(),
-            rays: scene.camera().rays(width, height),
-            width,
-            height,
-            step_length: scene.step_length(),
-        };
+        let frame = Frame::new(scene);
         let kernel = Kernel::new(volume, classification, scene);
         let corners = morton_tiles(width, height);
         let done = std::sync::atomic::AtomicUsize::new(0);

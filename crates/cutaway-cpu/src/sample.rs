@@ -107,8 +107,9 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
         let row = self.dimensions[0];
         let plane = row * self.dimensions[1];
         let i = at.index;
-        let near = lerp::<S>(self.edge(simd, i, fx), self.edge(simd, i + row, fx), fy);
-        let far = lerp::<S>(self.edge(simd, i + plane, fx), self.edge(simd, i + (plane + row), fx), fy);
+        let [e0, e1, e2, e3] = self.voxels.pairs_at(simd, i, [0, row, plane, plane + row]);
+        let near = lerp::<S>(on_edge::<S, T>(e0, fx), on_edge::<S, T>(e1, fx), fy);
+        let far = lerp::<S>(on_edge::<S, T>(e2, fx), on_edge::<S, T>(e3, fx), fy);
         lerp::<S>(near, far, fz)
     }
 
@@ -160,6 +161,13 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
         let gz = lerp::<S>(far - before, after - near, fz);
         [gx, gy, gz]
     }
+}
+
+/// The value on an edge along x, from its packed ends.
+#[inline(always)]
+fn on_edge<S: Simd, T: LaneVoxel>(words: [S::u32s; 2], fx: S::f32s) -> S::f32s {
+    let [a, b] = T::unpack_pair::<S>(words);
+    lerp::<S>(a, b, fx)
 }
 
 /// The cell of positions along an axis of `n` voxels, and where within it they lie.

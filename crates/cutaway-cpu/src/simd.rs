@@ -140,6 +140,18 @@ impl<'a, T: Copy> LaneSource<'a, T> {
         unsafe { self.0.as_ptr().add(i as usize).cast::<[T; N]>().read() }
     }
 
+    /// `N` neighbouring elements from `i + offset` on.
+    ///
+    /// # Safety
+    /// `i + offset + N` must not be beyond the end.
+    #[inline(always)]
+    unsafe fn at_offset<const N: usize>(self, i: u32, offset: u32) -> [T; N] {
+        debug_assert!(i as usize + offset as usize + N <= self.0.len());
+        // SAFETY: the caller keeps i + offset + N within the slice. Two steps, so that a kernel keeps one base an
+        // offset and one index a lane instead of computing every address.
+        unsafe { self.0.as_ptr().add(offset as usize).add(i as usize).cast::<[T; N]>().read() }
+    }
+
     /// Element `i` of each lane.
     #[inline(always)]
     pub(crate) fn singles<S: Simd>(self, simd: S, i: S::u32s) -> [T; MAX_LANES]
@@ -153,6 +165,20 @@ impl<'a, T: Copy> LaneSource<'a, T> {
             [*out] = unsafe { self.at(i) };
         }
         out
+    }
+
+    /// Element `i` of each lane, as a vector.
+    #[inline(always)]
+    pub(crate) fn floats<S: Simd>(self, simd: S, i: S::u32s) -> S::f32s
+    where
+        T: Into<f32> + Default,
+    {
+        let found = self.singles(simd, i);
+        let mut out = [0.0f32; MAX_LANES];
+        for l in 0..S::u32s::LEN {
+            out[l] = found[l].into();
+        }
+        S::f32s::from_slice(simd, &out[..S::u32s::LEN])
     }
 
     /// Elements `i` and `i + 1` of each lane, packed into [`PackedVoxel::PAIR`] vectors of words; the rest are zero.
@@ -173,6 +199,49 @@ impl<'a, T: Copy> LaneSource<'a, T> {
         words.map(|w| S::u32s::from_slice(simd, &w[..S::u32s::LEN]))
     }
 
+    /// Elements `i` and `i + 1` of each lane at each of four `offsets`, ascending, packed into [`PackedVoxel::PAIR`]
+    /// vectors of words; the rest are zero. Indices are bounded and taken out of the vector once for all four.
+    #[inline(always)]
+    pub(crate) fn pairs_at<S: Simd>(self, simd: S, i: S::u32s, offsets: [u32; 4]) -> [[S::u32s; 2]; 4]
+    where
+        T: PackedVoxel,
+    {
+        let i = self.bounded(simd, i, offsets[3] as usize + 2);
+        // SAFETY: `bounded` keeps i + the greatest offset + 2 within the slice. Written out, for closures and iterators
+        // over vectors are not sure to be inlined and then lose the caller's instructions.
+        unsafe {
+            [
+                self.pairs_offset(simd, i, offsets[0]),
+                self.pairs_offset(simd, i, offsets[1]),
+                self.pairs_offset(simd, i, offsets[2]),
+                self.pairs_offset(simd, i, offsets[3]),
+            ]
+        }
+    }
+
+    /// Elements `i + offset` and `i + offset + 1` of each lane, packed.
+    ///
+    /// # Safety
+    /// `i + offset + 2` must not be beyond the end in any lane.
+    #[inline(always)]
+    unsafe fn pairs_offset<S: Simd>(self, simd: S, i: S::u32s, offset: u32) -> [S::u32s; 2]
+    where
+        T: PackedVoxel,
+    {
+        let mut words = [[0; MAX_LANES]; 2];
+        for (l, &i) in i.as_slice().iter().enumerate() {
+            // SAFETY: the caller keeps i + offset + 2 within the slice.
+            let packed = T::pack_pair(unsafe { self.at_offset(i, offset) });
+            for w in 0..T::PAIR {
+                words[w][l] = packed[w];
+            }
+        }
+        [
+            S::u32s::from_slice(simd, &words[0][..S::u32s::LEN]),
+            S::u32s::from_slice(simd, &words[1][..S::u32s::LEN]),
+        ]
+    }
+
     /// Elements `i` to `i + 3` of each lane, packed into [`PackedVoxel::FOUR`] vectors of words; the rest are zero.
     #[inline(always)]
     pub(crate) fn fours<S: Simd>(self, simd: S, i: S::u32s) -> [S::u32s; 4]
@@ -189,6 +258,21 @@ impl<'a, T: Copy> LaneSource<'a, T> {
             }
         }
         words.map(|w| S::u32s::from_slice(simd, &w[..S::u32s::LEN]))
+    }
+}
+
+impl LaneSource<'_, [f32; 4]> {
+    /// The four components of element `i` of each lane.
+    #[inline(always)]
+    pub(crate) fn columns<S: Simd>(self, simd: S, i: S::u32s) -> [S::f32s; 4] {
+        let found = self.singles(simd, i);
+        let (n, found) = (S::f32s::LEN, found.as_flattened());
+        let vector = |k: usize| S::f32s::from_slice(simd, &found[k * n..(k + 1) * n]);
+        let (red_blue, green_alpha) = vector(0).deinterleave(vector(1));
+        let (red_blue_2, green_alpha_2) = vector(2).deinterleave(vector(3));
+        let (red, blue) = red_blue.deinterleave(red_blue_2);
+        let (green, alpha) = green_alpha.deinterleave(green_alpha_2);
+        [red, green, blue, alpha]
     }
 }
 

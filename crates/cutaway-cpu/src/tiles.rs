@@ -3,21 +3,8 @@
 //! Tiles are cast in Morton order, so that threads work near each other in the volume, and are handed out by work
 //! stealing. A pixel does not depend on its tile: any number of threads gives the same image, bit for bit.
 
-use cutaway_core::camera::RayGenerator;
-use cutaway_core::volume::Volume;
-
-/// Edge of a tile in pixels; a multiple of every packet's shape.
+/// Edge of a tile in pixels; a multiple of a bundle's.
 pub(crate) const TILE: u32 = 32;
-
-/// What all rays of a frame share.
-pub(crate) struct Frame<'a> {
-    pub(crate) volume: &'a Volume,
-    pub(crate) rays: RayGenerator,
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    /// World length of a step.
-    pub(crate) step_length: f64,
-}
 
 /// A cast tile: `TILE²` pixels, rows from its top left, beyond the image's border transparent.
 pub(crate) struct Tile {

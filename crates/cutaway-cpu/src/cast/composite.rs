@@ -4,116 +4,165 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use super::{Kernel, pixel_of_lane};
+use crate::bundle::{Bundle, Member, Stretch};
+use crate::classification::cast_piece;
 use crate::packet::Packet;
-use crate::sample::{Grid, LaneVoxel};
-use crate::simd::{LaneSource, MAX_LANES};
-use crate::slabs::SlabWalk;
-use crate::tiles::{Frame, Tile};
+use crate::rays::Frame;
+use crate::sample::{CellPosition, Grid, LaneVoxel};
+use crate::simd::LaneSource;
+use crate::tiles::Tile;
 
 /// What a packet has accumulated.
-struct Accumulated<S: Simd> {
+#[derive(Clone, Copy)]
+pub(super) struct Accumulated<S: Simd> {
     /// Premultiplied.
     color: [S::f32s; 3],
     transmittance: S::f32s,
-    /// Where the opacity passes one half, in steps.
-    depth: S::f32s,
+    half: Half<S>,
+}
+
+/// The step in which a ray's opacity passes one half: transmittance before and after it, where it begins and how long it
+/// is, in steps.
+#[derive(Clone, Copy)]
+struct Half<S: Simd> {
+    before: S::f32s,
+    after: S::f32s,
+    begin: S::f32s,
+    length: S::f32s,
 }
 
 /// Samples after which a stretch is left if every lane is opaque.
 const CHECK_EVERY: u32 = 4;
 
+/// Casts the packets of a bundle and writes their pixels.
 #[inline(always)]
-pub(super) fn packet<S: Simd, T: LaneVoxel>(
+pub(super) fn bundle<S: Simd, T: LaneVoxel>(
     simd: S,
     kernel: &Kernel,
     frame: &Frame,
     grid: Grid<'_, T>,
-    packet: &Packet<S>,
+    bundle: &mut Bundle<S, Accumulated<S>>,
+    at: (u32, u32),
     tile: &mut Tile,
-    out: usize,
 ) {
     let zero = S::f32s::splat(simd, 0.0);
-    let mut sum = Accumulated::<S> {
+    let one = S::f32s::splat(simd, 1.0);
+    let nothing = Accumulated {
         color: [zero; 3],
-        transmittance: S::f32s::splat(simd, 1.0),
-        depth: S::f32s::splat(simd, f32::INFINITY),
+        transmittance: one,
+        half: Half { before: one, after: one, begin: one * f32::INFINITY, length: zero },
     };
-    let caster = Caster::new(simd, kernel, grid, packet);
-    let occupancy = &kernel.classification.occupancy;
-    let mut walk = SlabWalk::new(packet, occupancy.dimensions());
-    let (dimensions0, dimensions1) = (occupancy.dimensions(), occupancy.level1_dimensions());
-    while let Some(stretch) = walk.next(
-        |r| r.any(dimensions0, |b| occupancy.level0(b)),
-        |r| r.any(dimensions1, |b| occupancy.level1(b)),
-    ) {
-        tile.runs += 1;
-        let mut k = stretch.begin;
-        while k < stretch.end {
-            let until = stretch.end.min(k + CHECK_EVERY);
-            let open = (packet.not_ended(k) & sum.transmittance.simd_ge(kernel.opaque_below)).to_bitmask();
-            if open == 0 {
-                break;
-            }
-            for k in k..until {
-                tile.samples += u64::from(caster.sample(simd, &mut sum, k));
-            }
-            k = until;
-        }
-        if !sum.transmittance.simd_ge(kernel.opaque_below).any_true() {
-            break;
-        }
+    bundle.fill(simd, frame, at, nothing);
+    let caster = Caster {
+        kernel,
+        grid,
+        opacities: LaneSource::new(&kernel.classification.opacities),
+        colors: LaneSource::new(&kernel.classification.colors),
+    };
+    let (mut samples, mut runs) = (0, 0);
+    bundle.march(
+        &kernel.classification.blocks,
+        #[inline(always)]
+        |packet, sum, stretch, pieces| {
+            runs += 1;
+            let (taken, open) = caster.stretch(simd, packet, sum, stretch, pieces);
+            samples += taken;
+            open
+        },
+    );
+    tile.samples += samples;
+    tile.runs += runs;
+    for member in &bundle.members {
+        write(simd, frame, member, tile);
     }
-    write(simd, frame, packet, &sum, tile, out);
 }
 
-/// What every sample of a packet needs.
-struct Caster<'a, S: Simd, T> {
+/// What every sample needs.
+struct Caster<'a, T> {
     kernel: &'a Kernel<'a>,
     grid: Grid<'a, T>,
-    packet: &'a Packet<S>,
     opacities: LaneSource<'a, f32>,
     colors: LaneSource<'a, [f32; 4]>,
-    light: Option<(&'a super::Shading, super::shading::PacketLight<S>)>,
 }
 
-impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
+impl<T: LaneVoxel> Caster<'_, T> {
+    /// Takes the samples of a stretch; returns how many those are, and whether any ray is still open.
     #[inline(always)]
-    fn new(simd: S, kernel: &'a Kernel<'a>, grid: Grid<'a, T>, packet: &'a Packet<S>) -> Self {
-        let light = kernel.shading.as_ref().map(|s| (s, s.packet_light(simd, packet)));
-        let opacities = LaneSource::new(&kernel.classification.opacities);
-        let colors = LaneSource::new(&kernel.classification.colors);
-        Self { kernel, grid, packet, opacities, colors, light }
+    fn stretch<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        sum: &mut Accumulated<S>,
+        stretch: Stretch,
+        pieces: u8,
+    ) -> (u64, bool) {
+        let mut samples = 0;
+        let light = self.kernel.shading.as_ref().map(
+            #[inline(always)]
+            |s| (s, s.packet_light(simd, packet)),
+        );
+        let mut local = *sum;
+        let mut j = stretch.begin;
+        while j < stretch.end {
+            let until = stretch.end.min(j + CHECK_EVERY);
+            let open = packet.not_ended(j) & local.transmittance.simd_ge(self.kernel.opaque_below);
+            if !open.any_true() {
+                break;
+            }
+            for j in j..until {
+                samples += u64::from(self.sample(simd, packet, &light, &mut local, j, pieces));
+            }
+            j = until;
+        }
+        *sum = local;
+        let open = packet.not_ended(j) & local.transmittance.simd_ge(self.kernel.opaque_below);
+        (samples, open.any_true())
     }
 
-    /// Takes the samples of step `k` of the lanes that are still open; returns how many those are.
+    /// Takes the samples of step `j` of the lanes that are still open; returns how many those are.
     #[inline(always)]
-    fn sample(&self, simd: S, sum: &mut Accumulated<S>, k: u32) -> u32 {
-        let (middle, length) = self.packet.sample(simd, k);
-        let at = self.grid.locate(simd, self.packet.position(middle));
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        light: &Option<(&super::Shading, super::shading::PacketLight<S>)>,
+        sum: &mut Accumulated<S>,
+        j: u32,
+        pieces: u8,
+    ) -> u32 {
+        let zero = S::f32s::splat(simd, 0.0);
+        let (middle, length) = packet.sample(simd, j);
+        let at = self.grid.locate(simd, packet.position(middle));
         let index = self.table_index(simd, self.grid.value(simd, &at));
-        let alpha = S::f32s::from_slice(simd, &self.opacities.singles(simd, index)[..S::f32s::LEN]);
         let open = length.simd_gt(0.0) & sum.transmittance.simd_ge(self.kernel.opaque_below);
         let taken = open.to_bitmask().count_ones();
-        let mut alpha = open.select(alpha, S::f32s::splat(simd, 0.0));
-        if !alpha.simd_gt(0.0).any_true() {
-            return taken;
+        let (mut alpha, [r, g, b]);
+        if pieces & cast_piece::PARTLY == 0 {
+            let entries = self.colors.columns(simd, index);
+            [r, g, b, alpha] = entries;
+            alpha = open.select(alpha, zero);
+        } else {
+            alpha = open.select(self.opacities.floats(simd, index), zero);
+            if !alpha.simd_gt(0.0).any_true() {
+                return taken;
+            }
+            let entries = self.colors.columns(simd, index);
+            [r, g, b, _] = entries;
         }
-        if length.simd_lt(1.0).any_true() {
+        let short = open & length.simd_lt(1.0);
+        if short.any_true() {
             alpha = shorter(simd, alpha, length);
         }
-        let [mut r, mut g, mut b] = columns(simd, &self.colors.singles(simd, index));
-        if let Some((shading, light)) = &self.light {
-            let (factor, white) = shading.terms(simd, light, self.grid.gradient(simd, &at));
-            r = r.mul_add(factor, white);
-            g = g.mul_add(factor, white);
-            b = b.mul_add(factor, white);
-        }
+        let [r, g, b] = self.lit(simd, light, &at, [r, g, b]);
         let weight = sum.transmittance * alpha;
         let after = sum.transmittance - weight;
         let passes_half = after.simd_le(0.5) & sum.transmittance.simd_gt(0.5);
         if passes_half.any_true() {
-            sum.depth =
-                passes_half.select(half_way(simd, middle, length, sum.transmittance, after), sum.depth);
+            let half = &mut sum.half;
+            half.before = passes_half.select(sum.transmittance, half.before);
+            half.after = passes_half.select(after, half.after);
+            half.begin = passes_half.select(S::f32s::splat(simd, j as f32), half.begin);
+            half.length = passes_half.select(length, half.length);
         }
         let [sum_r, sum_g, sum_b] = sum.color;
         sum.color = [weight.mul_add(r, sum_r), weight.mul_add(g, sum_g), weight.mul_add(b, sum_b)];
@@ -122,7 +171,20 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
     }
 
     #[inline(always)]
-    fn table_index(&self, simd: S, value: S::f32s) -> S::u32s {
+    fn lit<S: Simd>(
+        &self,
+        simd: S,
+        light: &Option<(&super::Shading, super::shading::PacketLight<S>)>,
+        at: &CellPosition<S>,
+        [r, g, b]: [S::f32s; 3],
+    ) -> [S::f32s; 3] {
+        let Some((shading, light)) = light else { return [r, g, b] };
+        let (factor, white) = shading.terms(simd, light, self.grid.gradient(simd, at));
+        [r.mul_add(factor, white), g.mul_add(factor, white), b.mul_add(factor, white)]
+    }
+
+    #[inline(always)]
+    fn table_index<S: Simd>(&self, simd: S, value: S::f32s) -> S::u32s {
         let (lo, scale) = self.kernel.classification.index_map;
         let last = self.kernel.classification.opacities.len() as i32 - 1;
         let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
@@ -130,56 +192,37 @@ impl<'a, S: Simd, T: LaneVoxel> Caster<'a, S, T> {
     }
 }
 
-/// Red, green and blue of many lanes.
-#[inline(always)]
-fn columns<S: Simd>(simd: S, colors: &[[f32; 4]; MAX_LANES]) -> [S::f32s; 3] {
-    let n = S::f32s::LEN;
-    [
-        S::f32s::from_slice(simd, &colors.map(|c| c[0])[..n]),
-        S::f32s::from_slice(simd, &colors.map(|c| c[1])[..n]),
-        S::f32s::from_slice(simd, &colors.map(|c| c[2])[..n]),
-    ]
-}
-
 /// Opacity of `length` steps (at most one) where that of a whole step is `alpha`: the last stretch of a ray is short.
 #[inline(always)]
 fn shorter<S: Simd>(simd: S, alpha: S::f32s, length: S::f32s) -> S::f32s {
-    S::f32s::from_fn(simd, |l| {
-        if length[l] >= 1.0 {
-            alpha[l]
-        } else if length[l] <= 0.0 {
-            0.0
-        } else {
-            -f32::exp_m1(length[l] * f32::ln_1p(-alpha[l]))
+    let mut out = alpha;
+    for l in 0..S::f32s::LEN {
+        if length[l] < 1.0 {
+            let whole = alpha[l];
+            out.as_mut_slice()[l] =
+                if length[l] <= 0.0 { 0.0 } else { -f32::exp_m1(length[l] * f32::ln_1p(-whole)) };
         }
-    })
-}
-
-/// Where within its stretch a sample takes the transmittance through one half, in steps.
-#[inline(always)]
-fn half_way<S: Simd>(simd: S, middle: S::f32s, length: S::f32s, before: S::f32s, after: S::f32s) -> S::f32s {
-    S::f32s::from_fn(simd, |l| {
-        let share = (before[l] / 0.5).ln() / (before[l] / after[l].max(1e-30)).ln();
-        middle[l] + length[l] * (share - 0.5)
-    })
+    }
+    let _ = simd;
+    out
 }
 
 #[inline(always)]
-fn write<S: Simd>(
-    _simd: S,
-    frame: &Frame,
-    packet: &Packet<S>,
-    sum: &Accumulated<S>,
-    tile: &mut Tile,
-    out: usize,
-) {
+fn write<S: Simd>(simd: S, frame: &Frame, member: &Member<S, Accumulated<S>>, tile: &mut Tile) {
+    let Member { packet, sum, pixel, .. } = member;
+    let alpha = S::f32s::splat(simd, 1.0) - sum.transmittance;
+    let hits = packet.hits().to_bitmask();
     for l in 0..Packet::<S>::LANES {
-        let lane = &packet.lanes[l];
-        if lane.total > 0.0 {
-            let pixel = pixel_of_lane::<S>(out, l);
-            let [r, g, b] = [sum.color[0][l], sum.color[1][l], sum.color[2][l]];
-            tile.colors[pixel] = [r, g, b, 1.0 - sum.transmittance[l]];
-            tile.depths[pixel] = (lane.t_entry + f64::from(sum.depth[l]) * frame.step_length) as f32;
+        if hits >> l & 1 == 1 {
+            let pixel = pixel_of_lane::<S>(tile, *pixel, l);
+            tile.colors[pixel] = [sum.color[0][l], sum.color[1][l], sum.color[2][l], alpha[l]];
+            if sum.half.length[l] > 0.0 {
+                // Opacity grows exponentially within a step of constant extinction.
+                let (before, after) = (sum.half.before[l], sum.half.after[l].max(1e-30));
+                let share = (before * 2.0).ln() / (before / after).ln();
+                let j = sum.half.begin[l] + sum.half.length[l] * share;
+                tile.depths[pixel] = packet.t_origin[l] + j * frame.step_length as f32;
+            }
         }
     }
 }

@@ -4,27 +4,29 @@
 //! where a cell's corners lie on both sides of an isovalue the field along the ray, a cubic, is solved. There is no
 //! sampling distance, so no crossing is missed.
 
-use cutaway_core::camera::Ray;
+use cutaway_core::camera::{Ray, intersect_box};
 use cutaway_core::cubic::Cubic;
 use cutaway_core::field;
 use cutaway_core::glam::DVec3;
+use cutaway_core::occupancy::BlockWalk;
 use cutaway_core::scene::Scene;
+use cutaway_core::segment::Segment;
 use cutaway_core::volume::Volume;
 
 use super::Kernel;
-use crate::packet::LaneRay;
-use crate::tiles::{Frame, TILE, Tile};
+use crate::rays::Frame;
+use crate::tiles::{TILE, Tile};
 
 pub(super) fn tile(kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
     let vanishing = field::vanishing_gradient(frame.volume);
     for y in 0..TILE.min(frame.height - tile.y) {
         for x in 0..TILE.min(frame.width - tile.x) {
             let (px, py) = (tile.x + x, tile.y + y);
-            let lane = LaneRay::new(frame, px, py);
-            if lane.total > 0.0 {
+            let mut surfaces = Surfaces::new(kernel, frame.rays.pixel(px, py), vanishing);
+            let Ray { origin, direction } = surfaces.ray_in_voxel;
+            if let Some(inside) = intersect_box(origin, direction, frame.volume.extent()) {
                 tile.rays += 1;
-                let mut surfaces = Surfaces::new(kernel, frame.rays.pixel(px, py), vanishing);
-                surfaces.cast(kernel, &lane, frame.step_length, tile);
+                surfaces.cast(kernel, inside, tile);
                 let pixel = (y * TILE + x) as usize;
                 tile.colors[pixel] = surfaces.premultiplied();
                 tile.depths[pixel] = surfaces.depth as f32;
@@ -73,15 +75,21 @@ impl<'a> Surfaces<'a> {
         [r, g, b, 1.0 - self.transmittance].map(|c| c as f32)
     }
 
-    fn cast(&mut self, kernel: &Kernel, lane: &LaneRay, step_length: f64, tile: &mut Tile) {
-        let mut walk = lane.walk(kernel.classification.occupancy.dimensions());
-        let t_exit = lane.t_entry + f64::from(lane.total) * step_length;
-        let mut reached = lane.t_entry;
-        while let Some((k0, k1)) = kernel.classification.occupancy.next_run(&mut walk) {
+    fn cast(&mut self, kernel: &Kernel, inside: Segment, tile: &mut Tile) {
+        let Some(occupancy) = &kernel.classification.occupancy else { return };
+        let Ray { origin, direction } = self.ray_in_voxel;
+        // The walk's own distances begin at the volume: from a far eye, f32 would not tell cells apart.
+        let (t_entry, t_exit) = (inside.t_near(), inside.t_far());
+        let entry = (origin + direction * t_entry).as_vec3();
+        let length = inside.length() as f32;
+        let mut walk = BlockWalk::new(entry, direction.as_vec3(), length, occupancy.dimensions());
+        // A thousandth of a voxel more on both sides: rounding must not lose a cell's sliver between two runs.
+        let sliver = 1e-3 / direction.abs().max_element();
+        let mut reached = t_entry;
+        while let Some((begin, end)) = occupancy.next_run(&mut walk) {
             tile.runs += 1;
-            // A thousandth of a step more on both sides: rounding must not lose a cell's sliver between two runs.
-            let t0 = (lane.t_entry + f64::from(k0 - 1e-3) * step_length).max(reached);
-            let t1 = (lane.t_entry + f64::from(k1 + 1e-3) * step_length).min(t_exit);
+            let t0 = (t_entry + f64::from(begin) - sliver).max(reached);
+            let t1 = (t_entry + f64::from(end) + sliver).min(t_exit);
             if self.cells(t0, t1, tile) {
                 return;
             }

@@ -10,14 +10,17 @@ mod shading;
 
 use cutaway_core::scene::{Mode, Scene};
 use cutaway_core::with_voxels;
+use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd};
 
+use crate::bundle::{BUNDLE, Bundle};
 use crate::classification::Classification;
 use crate::packet::{Packet, packet_shape};
+use crate::rays::Frame;
 use crate::renderer::CpuVolume;
 use crate::sample::{Grid, LaneVoxel};
 use crate::simd::{LaneWork, dispatch};
-use crate::tiles::{Frame, TILE, Tile};
+use crate::tiles::{TILE, Tile};
 use shading::Shading;
 
 /// Everything that the kernels need of a scene.
@@ -51,46 +54,60 @@ pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, x: u32, y: u32)
     } else {
         with_voxels!(frame.volume.voxels(), voxels => {
             let grid = Grid::new(frame.volume, voxels);
-            dispatch(level, TilePackets { kernel, frame, grid, tile: &mut tile });
+            dispatch(level, TileBundles { kernel, frame, grid, tile: &mut tile });
         });
     }
     tile
 }
 
-/// A tile that is cast packet by packet.
-struct TilePackets<'a, T> {
+/// A tile that is cast bundle by bundle.
+struct TileBundles<'a, T> {
     kernel: &'a Kernel<'a>,
     frame: &'a Frame<'a>,
     grid: Grid<'a, T>,
     tile: &'a mut Tile,
 }
 
-impl<T: LaneVoxel> LaneWork for TilePackets<'_, T> {
+impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { kernel, frame, grid, tile } = self;
-        let (width, height) = packet_shape(Packet::<S>::LANES);
-        for y in (0..TILE.min(frame.height - tile.y)).step_by(height as usize) {
-            for x in (0..TILE.min(frame.width - tile.x)).step_by(width as usize) {
-                let packet = Packet::<S>::new(simd, frame, tile.x + x, tile.y + y);
-                for lane in packet.lanes.iter().filter(|l| l.total > 0.0) {
-                    tile.rays += 1;
-                    tile.samples_without_skipping += lane.total.ceil() as u64;
-                }
-                let out = (y * TILE + x) as usize;
-                if kernel.scene.settings().mode == Mode::Composite {
-                    composite::packet(simd, kernel, frame, grid, &packet, tile, out);
-                } else {
-                    projection::packet(simd, kernel, frame, grid, &packet, tile, out);
-                }
+        let (width, height) = (TILE.min(frame.width - tile.x), TILE.min(frame.height - tile.y));
+        let corners = (0..height)
+            .step_by(BUNDLE as usize)
+            .flat_map(|y| (0..width).step_by(BUNDLE as usize).map(move |x| (x, y)));
+        if kernel.scene.settings().mode == Mode::Composite {
+            let mut bundle = Bundle::<S, _>::new();
+            for (x, y) in corners {
+                let at = (tile.x + x, tile.y + y);
+                composite::bundle(simd, kernel, frame, grid, &mut bundle, at, tile);
+                count_rays(&bundle, tile);
+            }
+        } else {
+            let mut bundle = Bundle::<S, _>::new();
+            for (x, y) in corners {
+                let at = (tile.x + x, tile.y + y);
+                projection::bundle(simd, kernel, frame, grid, &mut bundle, at, tile);
+                count_rays(&bundle, tile);
             }
         }
     }
 }
 
-/// The index in a tile of lane `l` of a packet whose first pixel is `out`.
 #[inline(always)]
-fn pixel_of_lane<S: Simd>(out: usize, l: usize) -> usize {
+fn count_rays<S: Simd, T>(bundle: &Bundle<S, T>, tile: &mut Tile) {
+    for member in &bundle.members {
+        let packet = &member.packet;
+        tile.rays += u64::from(packet.hits().to_bitmask().count_ones());
+        let samples = (packet.end - packet.first).ceil();
+        tile.samples_without_skipping += samples.as_slice().iter().sum::<f32>() as u64;
+    }
+}
+
+/// The index in a tile of lane `l` of a packet whose first pixel in the image is `(x, y)`.
+#[inline(always)]
+fn pixel_of_lane<S: Simd>(tile: &Tile, (x, y): (u32, u32), l: usize) -> usize {
     let (width, height) = packet_shape(Packet::<S>::LANES);
-    out + l % width as usize + (l / width as usize % height as usize) * TILE as usize
+    let first = ((y - tile.y) * TILE + x - tile.x) as usize;
+    first + l % width as usize + (l / width as usize % height as usize) * TILE as usize
 }

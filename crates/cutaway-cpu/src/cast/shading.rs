@@ -1,17 +1,26 @@
 //! Blinn-Phong on many lanes; the theory is in [`cutaway_core::lighting`].
 
 use cutaway_core::field::vanishing_gradient;
+use cutaway_core::glam::DVec3;
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::scene::Scene;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use crate::packet::{Packet, vector3};
+use crate::packet::Packet;
 
 /// A scene's light, ready for kernels.
+///
+/// Gradients come as *twice the gradient of stored numbers in voxel space*, `g`; the world gradient is `M g`. A product of
+/// the world gradient with a direction `w` is then `g · (Mᵀ w)`, so directions are brought to the gradient's space once and
+/// only its length is computed in the world.
 pub(super) struct Shading {
     lighting: Lighting,
-    /// World gradient from twice the gradient of stored numbers in voxel space, row by row.
+    /// `M`, row by row.
     world_from_stored: [[f32; 3]; 3],
+    /// `Mᵀ direction = along * stride`: gradient and ray are both in voxel space.
+    along: f32,
+    /// A fixed light: `-Mᵀ l`, and the vector whose product with a stride is `l · direction`.
+    fixed: Option<([f32; 3], [f32; 3])>,
     /// Square of the gradient length below which there is no normal.
     vanishing_squared: f32,
     /// D and S where there is none.
@@ -20,7 +29,7 @@ pub(super) struct Shading {
     wrap_power: Power,
 }
 
-/// The light of one packet: directions towards the light and half-way to the eye, per lane.
+/// The light of one packet: what the gradient is multiplied with to give `|gradient| n·l` and `|gradient| n·h`, per lane.
 pub(super) struct PacketLight<S: Simd> {
     l: [S::f32s; 3],
     h: [S::f32s; 3],
@@ -32,12 +41,21 @@ impl Shading {
     pub(super) fn new(scene: &Scene) -> Self {
         let volume = scene.volume();
         let lighting = scene.lighting().clone();
-        let m = volume.voxel_from_world().matrix3.transpose() * (0.5 * volume.rescale().slope);
+        let to_world = 0.5 * volume.rescale().slope;
+        let m = volume.voxel_from_world().matrix3.transpose() * to_world;
         let row = |i: usize| m.row(i).as_vec3().to_array();
         let vanishing = vanishing_gradient(volume) as f32;
         let (d, s) = lighting.mean_curves();
+        let fixed = lighting.light.map(|_| {
+            let (l, _) = lighting.directions(DVec3::Z);
+            let world_from_voxel = volume.world_from_voxel().matrix3;
+            let product = world_from_voxel.transpose() * l / scene.step_length();
+            ((m.transpose() * -l).as_vec3().to_array(), product.as_vec3().to_array())
+        });
         Self {
             world_from_stored: [row(0), row(1), row(2)],
+            along: (to_world / scene.step_length()) as f32,
+            fixed,
             vanishing_squared: vanishing * vanishing,
             mean: (d as f32, s as f32),
             specular_power: Power::new(lighting.specular_power),
@@ -48,11 +66,21 @@ impl Shading {
 
     #[inline(always)]
     pub(super) fn packet_light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> PacketLight<S> {
-        let directions = packet.lanes.map(|lane| self.lighting.directions(lane.direction));
+        let [x, y, z] = packet.stride;
+        // -Mᵀ v, for v is against the ray.
+        let v = [x * self.along, y * self.along, z * self.along];
+        let Some((l, product)) = self.fixed else { return PacketLight { l: v, h: v, headlight: true } };
+        let l_dot_v = dot_row::<S>(packet.stride, product) * -1.0;
+        let squared = l_dot_v * 2.0 + 2.0;
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        // Light from exactly behind the surface has no half-way vector; the specular term is then that of the eye.
+        let has_half_way = squared.simd_gt(1e-12);
+        let scale = splat(1.0) / squared.sqrt();
+        let half_way = |v: S::f32s, l: f32| has_half_way.select((v + l) * scale, v);
         PacketLight {
-            l: vector3(simd, directions.map(|d| d.0.as_vec3())),
-            h: vector3(simd, directions.map(|d| d.1.as_vec3())),
-            headlight: self.lighting.light.is_none(),
+            l: [splat(l[0]), splat(l[1]), splat(l[2])],
+            h: [half_way(v[0], l[0]), half_way(v[1], l[1]), half_way(v[2], l[2])],
+            headlight: false,
         }
     }
 
@@ -67,10 +95,10 @@ impl Shading {
         let [rx, ry, rz] = self.world_from_stored;
         let g = [dot_row::<S>(gradient, rx), dot_row::<S>(gradient, ry), dot_row::<S>(gradient, rz)];
         let squared = dot::<S>(g, g);
-        // n = -g / |g|; where there is no gradient the division's result is not used.
-        let inverse = S::f32s::splat(simd, -1.0) / squared.sqrt();
-        let n_dot_l = dot::<S>(g, light.l) * inverse;
-        let n_dot_h = if light.headlight { n_dot_l } else { dot::<S>(g, light.h) * inverse };
+        // Where there is no gradient the division's result is not used.
+        let inverse = S::f32s::splat(simd, 1.0) / squared.sqrt();
+        let n_dot_l = dot::<S>(gradient, light.l) * inverse;
+        let n_dot_h = if light.headlight { n_dot_l } else { dot::<S>(gradient, light.h) * inverse };
         let (d, s) = self.curves::<S>(n_dot_l, n_dot_h);
         let has_normal = squared.simd_gt(self.vanishing_squared);
         let d = has_normal.select(d, S::f32s::splat(simd, self.mean.0));

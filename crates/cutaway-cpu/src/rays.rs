@@ -1,0 +1,121 @@
+//! The rays of a frame in voxel space, as affine functions of the pixel.
+//!
+//! A ray passes a plane through the middle of the volume at a point that is affine in the pixel, in a direction (of unit
+//! depth) that is affine, too. Both are computed in f64 once a packet and in f32 from there on: from however far an eye,
+//! neighbouring rays stay apart, and no ray of its own is set up one by one.
+
+use cutaway_core::camera::{PixelPlane, RayGenerator};
+use cutaway_core::glam::DVec3;
+use cutaway_core::scene::Scene;
+use cutaway_core::volume::Volume;
+
+/// What all rays of a frame share.
+pub(crate) struct Frame<'a> {
+    pub(crate) volume: &'a Volume,
+    pub(crate) rays: RayGenerator,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    /// World length of a step.
+    pub(crate) step_length: f64,
+    /// Points of the rays near the middle of the volume, in voxel space.
+    points: PixelPlane,
+    /// Directions of the rays, in voxel space, for one world unit of depth.
+    directions: PixelPlane,
+    /// The same in the view: across and along the image, for one unit of depth; zero for parallel rays.
+    tangents: Tangents,
+    /// World depth of the plane of `points` in front of the camera, 0 or more.
+    depth: f64,
+}
+
+/// How far a ray leans from the view: `(across, along)` of pixel (0, 0), and their growth a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tangents {
+    first: [f64; 2],
+    per_pixel: f64,
+}
+
+/// The first pixel of a packet, and how rays change from pixel to pixel, all in voxel space.
+pub(crate) struct PacketRays {
+    pub(crate) point: [f32; 3],
+    pub(crate) point_per_x: [f32; 3],
+    pub(crate) point_per_y: [f32; 3],
+    pub(crate) direction: [f32; 3],
+    pub(crate) direction_per_x: [f32; 3],
+    pub(crate) direction_per_y: [f32; 3],
+    /// Tangents of the first pixel: across and along.
+    pub(crate) tangents: [f32; 2],
+    pub(crate) tangent_per_pixel: f32,
+    /// World depth of the points in front of the camera.
+    pub(crate) depth: f32,
+    /// World length of a step.
+    pub(crate) step_length: f32,
+}
+
+impl<'a> Frame<'a> {
+    pub(crate) fn new(scene: &Scene<'a>) -> Self {
+        let (width, height) = scene.resolution();
+        let volume = scene.volume();
+        let rays = scene.camera().rays(width, height);
+        // Behind the eye there is no ray to pass the plane: an eye beyond the middle has it at the eye itself.
+        let depth = rays.depth_of(volume.center_in_world()).max(0.0);
+        let voxel_from_world = volume.voxel_from_world();
+        let in_voxels = |plane: PixelPlane, first: DVec3| PixelPlane {
+            first,
+            per_x: voxel_from_world.transform_vector3(plane.per_x),
+            per_y: voxel_from_world.transform_vector3(plane.per_y),
+        };
+        let at_depth = rays.plane(depth);
+        let points = in_voxels(at_depth, voxel_from_world.transform_point3(at_depth.first));
+        let (directions, tangents) = match rays.eye() {
+            Some(eye) => {
+                let unit = rays.plane(1.0);
+                let first = unit.first - eye;
+                let axes = rays.axes();
+                let tangents = Tangents {
+                    first: [first.dot(axes.right), -first.dot(axes.up)],
+                    per_pixel: unit.per_x.dot(axes.right),
+                };
+                (in_voxels(unit, voxel_from_world.transform_vector3(first)), tangents)
+            }
+            None => {
+                let first = voxel_from_world.transform_vector3(rays.axes().forward);
+                let directions = PixelPlane { first, per_x: DVec3::ZERO, per_y: DVec3::ZERO };
+                (directions, Tangents::default())
+            }
+        };
+        let step_length = scene.step_length();
+        Self { volume, rays, width, height, step_length, points, directions, tangents, depth }
+    }
+
+    /// The rays from pixel `(x, y)` on.
+    #[inline]
+    pub(crate) fn packet_rays(&self, x: u32, y: u32) -> PacketRays {
+        let f32s = |v: DVec3| v.as_vec3().to_array();
+        let across = self.tangents.first[0] + self.tangents.per_pixel * f64::from(x);
+        let along = self.tangents.first[1] + self.tangents.per_pixel * f64::from(y);
+        PacketRays {
+            point: f32s(self.points.at(x, y)),
+            point_per_x: f32s(self.points.per_x),
+            point_per_y: f32s(self.points.per_y),
+            direction: f32s(self.directions.at(x, y)),
+            direction_per_x: f32s(self.directions.per_x),
+            direction_per_y: f32s(self.directions.per_y),
+            tangents: [across as f32, along as f32],
+            tangent_per_pixel: self.tangents.per_pixel as f32,
+            depth: self.depth as f32,
+            step_length: self.step_length as f32,
+        }
+    }
+
+    /// The axis of voxel space that all rays of a rectangle of pixels follow in the same direction, leaning from it by
+    /// less than three to one, and whether they ascend: along it, what is empty can be skipped for all of them at once.
+    /// The rays lie within the cone of the four corner rays, and what is asked is convex: it is asked of the corners.
+    pub(crate) fn common_axis(&self, x: u32, y: u32, width: u32, height: u32) -> Option<(usize, bool)> {
+        let corners = [(x, y), (x + width - 1, y), (x, y + height - 1), (x + width - 1, y + height - 1)]
+            .map(|(x, y)| self.directions.at(x, y));
+        let forward: DVec3 = corners.iter().sum();
+        let axis = forward.abs().max_position();
+        let along = |d: &DVec3| d[axis] * forward[axis] > 0.0 && 3.0 * d[axis].abs() > d.abs().max_element();
+        corners.iter().all(along).then_some((axis, forward[axis] > 0.0))
+    }
+}
