@@ -55,6 +55,8 @@ pub(crate) struct Bounds {
     /// Per other axis: least and greatest position where the axis is at 0, and growth a voxel along it.
     pub(crate) across: [[f32; 2]; 2],
     pub(crate) slope: [[f32; 2]; 2],
+    /// Steps at which every ray that meets the volume is inside, with a whole step before it.
+    pub(crate) whole: [u32; 2],
     /// Whether any ray meets the volume.
     pub(crate) hits: bool,
 }
@@ -128,7 +130,9 @@ impl<S: Simd> Packet<S> {
             packet.bound(simd, axis, hits);
         }
         let ends = packet.end;
-        packet.bounds.end = [hits.select(ends, far).reduce_min(), ends.reduce_max()];
+        let infinity = S::f32s::splat(simd, f32::INFINITY);
+        packet.bounds.end = [hits.select(ends, infinity).reduce_min(), ends.reduce_max()];
+        packet.bounds.whole = [packet.first.reduce_max() as u32, packet.bounds.end[0] as u32];
         packet
     }
 
@@ -149,9 +153,9 @@ impl<S: Simd> Packet<S> {
         self.first = hits.select(steps.max(0.0), zero);
         self.end += self.first;
         for a in 0..3 {
-            self.origin[a] = self.origin[a] - self.stride[a] * self.first;
+            self.origin[a] -= self.stride[a] * self.first;
         }
-        self.t_origin = self.t_origin - self.first * step_length;
+        self.t_origin -= self.first * step_length;
     }
 
     #[inline(always)]

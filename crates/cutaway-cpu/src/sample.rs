@@ -8,50 +8,121 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::simd::{LaneSource, PackedVoxel};
 
-/// A stored voxel type that lanes can be filled with.
+/// A stored voxel type that lanes can be filled with: how rows of voxels along x are read.
 pub(crate) trait LaneVoxel: PackedVoxel + Send + Sync + 'static {
-    /// The voxels of packed pairs, as floats.
-    fn unpack_pair<S: Simd>(words: [S::u32s; 2]) -> [S::f32s; 2];
+    /// The pair of voxels that begins at `i + offset`, for each offset.
+    fn pairs<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 2]; N];
 
-    /// The voxels of packed fours, as floats.
-    fn unpack_four<S: Simd>(words: [S::u32s; 4]) -> [S::f32s; 4];
+    /// The four voxels that begin at `i + offset`, for each offset.
+    fn fours<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 4]; N];
 }
 
 impl LaneVoxel for u8 {
     #[inline(always)]
-    fn unpack_pair<S: Simd>([w, _]: [S::u32s; 2]) -> [S::f32s; 2] {
-        [to_float::<S>(w & 0xff), to_float::<S>(w >> 8)]
+    fn pairs<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 2]; N] {
+        let words = source.words(simd, i, offsets);
+        let mut out = [[S::f32s::splat(simd, 0.0); 2]; N];
+        for (out, w) in out.iter_mut().zip(words) {
+            *out = [to_float::<S>(w & 0xff), to_float::<S>((w >> 8) & 0xff)];
+        }
+        out
     }
 
     #[inline(always)]
-    fn unpack_four<S: Simd>([w, ..]: [S::u32s; 4]) -> [S::f32s; 4] {
-        let low = [to_float::<S>(w & 0xff), to_float::<S>((w >> 8) & 0xff)];
-        [low[0], low[1], to_float::<S>((w >> 16) & 0xff), to_float::<S>(w >> 24)]
+    fn fours<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 4]; N] {
+        let words = source.words(simd, i, offsets);
+        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
+        for (out, w) in out.iter_mut().zip(words) {
+            let low = [to_float::<S>(w & 0xff), to_float::<S>((w >> 8) & 0xff)];
+            *out = [low[0], low[1], to_float::<S>((w >> 16) & 0xff), to_float::<S>(w >> 24)];
+        }
+        out
     }
 }
 
 impl LaneVoxel for u16 {
     #[inline(always)]
-    fn unpack_pair<S: Simd>([w, _]: [S::u32s; 2]) -> [S::f32s; 2] {
-        [to_float::<S>(w & 0xffff), to_float::<S>(w >> 16)]
+    fn pairs<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 2]; N] {
+        let words = source.words(simd, i, offsets);
+        let mut out = [[S::f32s::splat(simd, 0.0); 2]; N];
+        for (out, w) in out.iter_mut().zip(words) {
+            *out = [to_float::<S>(w & 0xffff), to_float::<S>(w >> 16)];
+        }
+        out
     }
 
     #[inline(always)]
-    fn unpack_four<S: Simd>([low, high, ..]: [S::u32s; 4]) -> [S::f32s; 4] {
-        let first = [to_float::<S>(low & 0xffff), to_float::<S>(low >> 16)];
-        [first[0], first[1], to_float::<S>(high & 0xffff), to_float::<S>(high >> 16)]
+    fn fours<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 4]; N] {
+        let (first, second) =
+            (Self::pairs(source, simd, i, offsets), Self::pairs(source, simd, i + 2, offsets));
+        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
+        for k in 0..N {
+            out[k] = [first[k][0], first[k][1], second[k][0], second[k][1]];
+        }
+        out
     }
 }
 
 impl LaneVoxel for f32 {
     #[inline(always)]
-    fn unpack_pair<S: Simd>([a, b]: [S::u32s; 2]) -> [S::f32s; 2] {
-        [a.bitcast(), b.bitcast()]
+    fn pairs<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 2]; N] {
+        let (first, second) = (source.words(simd, i, offsets), source.words(simd, i + 1, offsets));
+        let mut out = [[S::f32s::splat(simd, 0.0); 2]; N];
+        for k in 0..N {
+            out[k] = [first[k].bitcast(), second[k].bitcast()];
+        }
+        out
     }
 
     #[inline(always)]
-    fn unpack_four<S: Simd>([a, b, c, d]: [S::u32s; 4]) -> [S::f32s; 4] {
-        [a.bitcast(), b.bitcast(), c.bitcast(), d.bitcast()]
+    fn fours<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 4]; N] {
+        let (first, second) =
+            (Self::pairs(source, simd, i, offsets), Self::pairs(source, simd, i + 2, offsets));
+        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
+        for k in 0..N {
+            out[k] = [first[k][0], first[k][1], second[k][0], second[k][1]];
+        }
+        out
     }
 }
 
@@ -78,6 +149,14 @@ pub(crate) struct CellPosition<S: Simd> {
     fraction: [S::f32s; 3],
 }
 
+impl<S: Simd> CellPosition<S> {
+    /// The linear index of each cell's first voxel.
+    #[inline(always)]
+    pub(crate) fn index(&self) -> S::u32s {
+        self.index
+    }
+}
+
 impl<'a, T: LaneVoxel> Grid<'a, T> {
     pub(crate) fn new(volume: &Volume, voxels: &'a [T]) -> Self {
         Self { voxels: LaneSource::new(voxels), dimensions: volume.dimensions().to_array() }
@@ -85,98 +164,150 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
 
     /// The cells that hold positions in voxel space; positions outside are moved to the volume's border.
     #[inline(always)]
-    pub(crate) fn locate<S: Simd>(&self, simd: S, p: [S::f32s; 3]) -> CellPosition<S> {
+    pub(crate) fn locate<S: Simd>(&self, _simd: S, p: [S::f32s; 3]) -> CellPosition<S> {
         let [nx, ny, nz] = self.dimensions;
-        let (x, fx) = cell_along::<S>(simd, p[0], nx);
-        let (y, fy) = cell_along::<S>(simd, p[1], ny);
-        let (z, fz) = cell_along::<S>(simd, p[2], nz);
+        let (x, fx) = cell_along::<S>(p[0], nx);
+        let (y, fy) = cell_along::<S>(p[1], ny);
+        let (z, fz) = cell_along::<S>(p[2], nz);
         CellPosition { cell: [x, y, z], index: (z * ny + y) * nx + x, fraction: [fx, fy, fz] }
     }
 
-    /// The values along x in the rows that begin at `index`: interpolated on the cell's edge.
-    #[inline(always)]
-    fn edge<S: Simd>(&self, simd: S, index: S::u32s, fx: S::f32s) -> S::f32s {
-        let [a, b] = T::unpack_pair::<S>(self.voxels.pairs(simd, index));
-        lerp::<S>(a, b, fx)
+    /// Voxels from a row to the next, and from a plane to the next.
+    fn strides(&self) -> (u32, u32) {
+        (self.dimensions[0], self.dimensions[0] * self.dimensions[1])
     }
 
     /// The field at located positions.
     #[inline(always)]
     pub(crate) fn value<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> S::f32s {
         let [fx, fy, fz] = at.fraction;
-        let row = self.dimensions[0];
-        let plane = row * self.dimensions[1];
-        let i = at.index;
-        let [e0, e1, e2, e3] = self.voxels.pairs_at(simd, i, [0, row, plane, plane + row]);
-        let near = lerp::<S>(on_edge::<S, T>(e0, fx), on_edge::<S, T>(e1, fx), fy);
-        let far = lerp::<S>(on_edge::<S, T>(e2, fx), on_edge::<S, T>(e3, fx), fy);
+        let (row, plane) = self.strides();
+        let [e00, e10, e01, e11] = T::pairs(self.voxels, simd, at.index, [0, row, plane, plane + row]);
+        let near = lerp::<S>(edge::<S>(e00, fx), edge::<S>(e10, fx), fy);
+        let far = lerp::<S>(edge::<S>(e01, fx), edge::<S>(e11, fx), fy);
         lerp::<S>(near, far, fz)
     }
 
-    /// An edge of the cell along x: the value on it, and the difference along x (twice the derivative).
+    /// The field and twice its gradient in voxel space (stored numbers a voxel): central differences of the voxels,
+    /// interpolated; beyond the border the border's voxels repeat.
+    ///
+    /// Both come from the same 32 voxels, the 4 x 4 x 4 around the cell without its edges, each read once.
     #[inline(always)]
-    fn long_edge<S: Simd>(&self, simd: S, index: S::u32s, x: S::u32s, fx: S::f32s) -> (S::f32s, S::f32s) {
-        let last = self.dimensions[0] - 2;
-        let inside = x.simd_gt(0) & x.simd_lt(last);
-        let [before, a, b, after] = if inside.all_true() {
-            T::unpack_four::<S>(self.voxels.fours(simd, index - 1))
+    pub(crate) fn value_and_gradient<S: Simd>(
+        &self,
+        simd: S,
+        at: &CellPosition<S>,
+    ) -> (S::f32s, [S::f32s; 3]) {
+        let [nx, ny, nz] = self.dimensions;
+        let [x, y, z] = at.cell;
+        let interior = |c: S::u32s, n: u32| (c - 1).simd_lt(n.saturating_sub(3));
+        let voxels = if (interior(x, nx) & interior(y, ny) & interior(z, nz)).all_true() {
+            self.neighbourhood(simd, at)
         } else {
-            // At the border the border's voxels repeat.
-            let [a, b] = T::unpack_pair::<S>(self.voxels.pairs(simd, index));
-            let [before, _] = T::unpack_pair::<S>(self.voxels.pairs(simd, index - down::<S>(simd, x, 1)));
-            let [_, after] = T::unpack_pair::<S>(self.voxels.pairs(simd, index + up::<S>(simd, x, last, 1)));
-            [before, a, b, after]
+            self.neighbourhood_at_border(simd, at)
         };
-        (lerp::<S>(a, b, fx), lerp::<S>(b - before, after - a, fx))
+        voxels.value_and_gradient(at.fraction)
     }
 
-    /// Twice the field's gradient in voxel space (stored numbers a voxel): central differences of the voxels,
-    /// interpolated; beyond the border the border's voxels repeat.
     #[inline(always)]
-    pub(crate) fn gradient<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [S::f32s; 3] {
+    fn neighbourhood<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> Neighbourhood<S> {
+        let (row, plane) = self.strides();
+        // Offsets are from the voxel a plane, a row and a voxel before the cell's first.
+        let i = at.index - (plane + row + 1);
+        let core = plane + row;
+        let long = T::fours(self.voxels, simd, i, [core, core + row, core + plane, core + plane + row]);
+        let core = core + 1;
+        let short = T::pairs(
+            self.voxels,
+            simd,
+            i,
+            [
+                core - row,
+                core + 2 * row,
+                core + plane - row,
+                core + plane + 2 * row,
+                core - plane,
+                core - plane + row,
+                core + 2 * plane,
+                core + 2 * plane + row,
+            ],
+        );
+        Neighbourhood { long, short }
+    }
+
+    /// The same where some lane's cell touches the border: the voxels outside are those of the border.
+    #[inline(always)]
+    fn neighbourhood_at_border<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> Neighbourhood<S> {
         let [nx, ny, nz] = self.dimensions;
-        let [fx, fy, fz] = at.fraction;
         let [x, y, z] = at.cell;
-        let (row, plane) = (nx, nx * ny);
+        let (row, plane) = self.strides();
         // Distances to the voxel before the cell and to the one after it, 0 at the border.
+        let (down_x, up_x) = (down::<S>(simd, x, 1), up::<S>(simd, x, nx - 2, 1));
         let (down_y, up_y) = (down::<S>(simd, y, row), up::<S>(simd, y, ny - 2, row));
         let (down_z, up_z) = (down::<S>(simd, z, plane), up::<S>(simd, z, nz - 2, plane));
+        let pair = |i: S::u32s| T::pairs(self.voxels, simd, i, [0])[0];
         let (i00, i10) = (at.index, at.index + row);
         let (i01, i11) = (at.index + plane, at.index + (plane + row));
-        let (v00, x00) = self.long_edge(simd, i00, x, fx);
-        let (v10, x10) = self.long_edge(simd, i10, x, fx);
-        let (v01, x01) = self.long_edge(simd, i01, x, fx);
-        let (v11, x11) = self.long_edge(simd, i11, x, fx);
-        let gx = lerp::<S>(lerp::<S>(x00, x10, fy), lerp::<S>(x01, x11, fy), fz);
-        // Along y: rows y-1 and y+2 beside the cell's own, on both planes.
-        let y0 =
-            lerp::<S>(v10 - self.edge(simd, i00 - down_y, fx), self.edge(simd, i10 + up_y, fx) - v00, fy);
-        let y1 =
-            lerp::<S>(v11 - self.edge(simd, i01 - down_y, fx), self.edge(simd, i11 + up_y, fx) - v01, fy);
-        let gy = lerp::<S>(y0, y1, fz);
-        // Along z: planes z-1 and z+2 beside the cell's own.
-        let before = lerp::<S>(self.edge(simd, i00 - down_z, fx), self.edge(simd, i10 - down_z, fx), fy);
-        let after = lerp::<S>(self.edge(simd, i01 + up_z, fx), self.edge(simd, i11 + up_z, fx), fy);
-        let (near, far) = (lerp::<S>(v00, v10, fy), lerp::<S>(v01, v11, fy));
-        let gz = lerp::<S>(far - before, after - near, fz);
-        [gx, gy, gz]
+        let mut long = [[S::f32s::splat(simd, 0.0); 4]; 4];
+        for (long, i) in long.iter_mut().zip([i00, i10, i01, i11]) {
+            let ([before, _], [a, b], [_, after]) = (pair(i - down_x), pair(i), pair(i + up_x));
+            *long = [before, a, b, after];
+        }
+        let short = [
+            pair(i00 - down_y),
+            pair(i10 + up_y),
+            pair(i01 - down_y),
+            pair(i11 + up_y),
+            pair(i00 - down_z),
+            pair(i10 - down_z),
+            pair(i01 + up_z),
+            pair(i11 + up_z),
+        ];
+        Neighbourhood { long, short }
     }
 }
 
-/// The value on an edge along x, from its packed ends.
+/// The voxels around a cell that its field and gradient depend on.
+struct Neighbourhood<S: Simd> {
+    /// The cell's four edges along x, each with the voxel before and after it: `(y, z)` 00, 10, 01, 11.
+    long: [[S::f32s; 4]; 4],
+    /// The edges beside them: before and after the cell along y, for z 0 and 1; before it along z, for y 0 and 1; after it.
+    short: [[S::f32s; 2]; 8],
+}
+
+impl<S: Simd> Neighbourhood<S> {
+    #[inline(always)]
+    fn value_and_gradient(&self, [fx, fy, fz]: [S::f32s; 3]) -> (S::f32s, [S::f32s; 3]) {
+        let value = |[_, a, b, _]: [S::f32s; 4]| lerp::<S>(a, b, fx);
+        let along = |[before, a, b, after]: [S::f32s; 4]| lerp::<S>(b - before, after - a, fx);
+        let [l00, l10, l01, l11] = self.long;
+        let (v00, v10, v01, v11) = (value(l00), value(l10), value(l01), value(l11));
+        let gx = lerp::<S>(lerp::<S>(along(l00), along(l10), fy), lerp::<S>(along(l01), along(l11), fy), fz);
+        let [before_0, after_0, before_1, after_1, under_0, under_1, over_0, over_1] = self.short;
+        let y0 = lerp::<S>(v10 - edge::<S>(before_0, fx), edge::<S>(after_0, fx) - v00, fy);
+        let y1 = lerp::<S>(v11 - edge::<S>(before_1, fx), edge::<S>(after_1, fx) - v01, fy);
+        let gy = lerp::<S>(y0, y1, fz);
+        let under = lerp::<S>(edge::<S>(under_0, fx), edge::<S>(under_1, fx), fy);
+        let over = lerp::<S>(edge::<S>(over_0, fx), edge::<S>(over_1, fx), fy);
+        let (near, far) = (lerp::<S>(v00, v10, fy), lerp::<S>(v01, v11, fy));
+        let gz = lerp::<S>(far - under, over - near, fz);
+        (lerp::<S>(near, far, fz), [gx, gy, gz])
+    }
+}
+
+/// The value on an edge along x, from its ends.
 #[inline(always)]
-fn on_edge<S: Simd, T: LaneVoxel>(words: [S::u32s; 2], fx: S::f32s) -> S::f32s {
-    let [a, b] = T::unpack_pair::<S>(words);
+fn edge<S: Simd>([a, b]: [S::f32s; 2], fx: S::f32s) -> S::f32s {
     lerp::<S>(a, b, fx)
 }
 
 /// The cell of positions along an axis of `n` voxels, and where within it they lie.
 #[inline(always)]
-fn cell_along<S: Simd>(simd: S, p: S::f32s, n: u32) -> (S::u32s, S::f32s) {
-    let p = p.max(0.0).min((n - 1) as f32);
+fn cell_along<S: Simd>(p: S::f32s, n: u32) -> (S::u32s, S::f32s) {
+    // The greatest number below the last voxel: its cell is the last one, and no position needs moving to it as a whole
+    // number. Whatever a NaN became, the sampler's loads are bounded.
+    let p = p.max(0.0).min(((n - 1) as f32).next_down());
     let cell: S::i32s = p.to_int();
-    // Bounded once more as a whole number: whatever a NaN became is a cell, too.
-    let cell = cell.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, n as i32 - 2));
     let low: S::f32s = cell.to_float();
     (cell.bitcast(), p - low)
 }

@@ -7,7 +7,7 @@
 
 #![allow(unsafe_code, reason = "unchecked loads behind a vector-wide bound; see LaneSource")]
 
-use fearless_simd::{Level, Simd, SimdBase};
+use fearless_simd::{Level, Simd, SimdBase, SimdMask};
 
 /// Which instructions the kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -125,139 +125,32 @@ impl<'a, T: Copy> LaneSource<'a, T> {
     /// `i`, moved so that `i + width` is not beyond the end.
     #[inline(always)]
     fn bounded<S: Simd>(self, simd: S, i: S::u32s, width: usize) -> S::u32s {
-        i.min(S::u32s::splat(simd, (self.0.len() - width) as u32))
-    }
-
-    /// `N` neighbouring elements from `i` on.
-    ///
-    /// # Safety
-    /// `i + N` must not be beyond the end.
-    #[inline(always)]
-    unsafe fn at<const N: usize>(self, i: u32) -> [T; N] {
-        debug_assert!(i as usize + N <= self.0.len());
-        // SAFETY: the caller keeps i + N within the slice; [T; N] has the alignment of T. Unchecked because a check a
-        // lane costs more than the load. Twin: `elements_are_those_of_the_slice` below.
-        unsafe { self.0.as_ptr().add(i as usize).cast::<[T; N]>().read() }
-    }
-
-    /// `N` neighbouring elements from `i + offset` on.
-    ///
-    /// # Safety
-    /// `i + offset + N` must not be beyond the end.
-    #[inline(always)]
-    unsafe fn at_offset<const N: usize>(self, i: u32, offset: u32) -> [T; N] {
-        debug_assert!(i as usize + offset as usize + N <= self.0.len());
-        // SAFETY: the caller keeps i + offset + N within the slice. Two steps, so that a kernel keeps one base an
-        // offset and one index a lane instead of computing every address.
-        unsafe { self.0.as_ptr().add(offset as usize).add(i as usize).cast::<[T; N]>().read() }
+        i.min(S::u32s::splat(simd, self.0.len().saturating_sub(width) as u32))
     }
 
     /// Element `i` of each lane.
     #[inline(always)]
-    pub(crate) fn singles<S: Simd>(self, simd: S, i: S::u32s) -> [T; MAX_LANES]
+    fn singles<S: Simd>(self, simd: S, i: S::u32s) -> [T; MAX_LANES]
     where
         T: Default,
     {
-        let i = self.bounded(simd, i, 1);
+        let indices = opaque(simd, self.bounded(simd, i, 1));
         let mut out = [T::default(); MAX_LANES];
-        for (out, &i) in out.iter_mut().zip(i.as_slice()) {
-            // SAFETY: `bounded` keeps i + 1 within the slice.
-            [*out] = unsafe { self.at(i) };
+        for l in 0..S::u32s::LEN {
+            debug_assert!((indices[l] as usize) < self.0.len());
+            // SAFETY: `bounded` keeps i within the slice. Unchecked because a check a lane costs more than the load.
+            // Twin: `elements_are_those_of_the_slice_and_none_is_beyond_it`.
+            out[l] = unsafe { *self.0.get_unchecked(indices[l] as usize) };
         }
         out
     }
+}
 
-    /// Element `i` of each lane, as a vector.
+impl LaneSource<'_, f32> {
+    /// Element `i` of each lane.
     #[inline(always)]
-    pub(crate) fn floats<S: Simd>(self, simd: S, i: S::u32s) -> S::f32s
-    where
-        T: Into<f32> + Default,
-    {
-        let found = self.singles(simd, i);
-        let mut out = [0.0f32; MAX_LANES];
-        for l in 0..S::u32s::LEN {
-            out[l] = found[l].into();
-        }
-        S::f32s::from_slice(simd, &out[..S::u32s::LEN])
-    }
-
-    /// Elements `i` and `i + 1` of each lane, packed into [`PackedVoxel::PAIR`] vectors of words; the rest are zero.
-    #[inline(always)]
-    pub(crate) fn pairs<S: Simd>(self, simd: S, i: S::u32s) -> [S::u32s; 2]
-    where
-        T: PackedVoxel,
-    {
-        let i = self.bounded(simd, i, 2);
-        let mut words = [[0; MAX_LANES]; 2];
-        for (l, &i) in i.as_slice().iter().enumerate() {
-            // SAFETY: `bounded` keeps i + 2 within the slice.
-            let packed = T::pack_pair(unsafe { self.at(i) });
-            for w in 0..T::PAIR {
-                words[w][l] = packed[w];
-            }
-        }
-        words.map(|w| S::u32s::from_slice(simd, &w[..S::u32s::LEN]))
-    }
-
-    /// Elements `i` and `i + 1` of each lane at each of four `offsets`, ascending, packed into [`PackedVoxel::PAIR`]
-    /// vectors of words; the rest are zero. Indices are bounded and taken out of the vector once for all four.
-    #[inline(always)]
-    pub(crate) fn pairs_at<S: Simd>(self, simd: S, i: S::u32s, offsets: [u32; 4]) -> [[S::u32s; 2]; 4]
-    where
-        T: PackedVoxel,
-    {
-        let i = self.bounded(simd, i, offsets[3] as usize + 2);
-        // SAFETY: `bounded` keeps i + the greatest offset + 2 within the slice. Written out, for closures and iterators
-        // over vectors are not sure to be inlined and then lose the caller's instructions.
-        unsafe {
-            [
-                self.pairs_offset(simd, i, offsets[0]),
-                self.pairs_offset(simd, i, offsets[1]),
-                self.pairs_offset(simd, i, offsets[2]),
-                self.pairs_offset(simd, i, offsets[3]),
-            ]
-        }
-    }
-
-    /// Elements `i + offset` and `i + offset + 1` of each lane, packed.
-    ///
-    /// # Safety
-    /// `i + offset + 2` must not be beyond the end in any lane.
-    #[inline(always)]
-    unsafe fn pairs_offset<S: Simd>(self, simd: S, i: S::u32s, offset: u32) -> [S::u32s; 2]
-    where
-        T: PackedVoxel,
-    {
-        let mut words = [[0; MAX_LANES]; 2];
-        for (l, &i) in i.as_slice().iter().enumerate() {
-            // SAFETY: the caller keeps i + offset + 2 within the slice.
-            let packed = T::pack_pair(unsafe { self.at_offset(i, offset) });
-            for w in 0..T::PAIR {
-                words[w][l] = packed[w];
-            }
-        }
-        [
-            S::u32s::from_slice(simd, &words[0][..S::u32s::LEN]),
-            S::u32s::from_slice(simd, &words[1][..S::u32s::LEN]),
-        ]
-    }
-
-    /// Elements `i` to `i + 3` of each lane, packed into [`PackedVoxel::FOUR`] vectors of words; the rest are zero.
-    #[inline(always)]
-    pub(crate) fn fours<S: Simd>(self, simd: S, i: S::u32s) -> [S::u32s; 4]
-    where
-        T: PackedVoxel,
-    {
-        let i = self.bounded(simd, i, 4);
-        let mut words = [[0; MAX_LANES]; 4];
-        for (l, &i) in i.as_slice().iter().enumerate() {
-            // SAFETY: `bounded` keeps i + 4 within the slice.
-            let packed = T::pack_four(unsafe { self.at(i) });
-            for w in 0..T::FOUR {
-                words[w][l] = packed[w];
-            }
-        }
-        words.map(|w| S::u32s::from_slice(simd, &w[..S::u32s::LEN]))
+    pub(crate) fn floats<S: Simd>(self, simd: S, i: S::u32s) -> S::f32s {
+        S::f32s::from_slice(simd, &self.singles(simd, i)[..S::f32s::LEN])
     }
 }
 
@@ -276,60 +169,89 @@ impl LaneSource<'_, [f32; 4]> {
     }
 }
 
-/// An element of which several fit in a 32-bit word: a neighbourhood is then one load and one store a lane.
+/// An element of which several fit in a 32-bit word.
 pub(crate) trait PackedVoxel: Copy {
-    /// Words that two and four elements take.
-    const PAIR: usize;
-    const FOUR: usize;
-    /// Two elements, the first lowest.
-    fn pack_pair(v: [Self; 2]) -> [u32; 2];
-    /// Four elements, the first lowest.
-    fn pack_four(v: [Self; 4]) -> [u32; 4];
+    /// How many.
+    const PER_WORD: usize;
 }
 
 impl PackedVoxel for u8 {
-    const PAIR: usize = 1;
-    const FOUR: usize = 1;
-
-    #[inline(always)]
-    fn pack_pair(v: [Self; 2]) -> [u32; 2] {
-        [u32::from(u16::from_le_bytes(v)), 0]
-    }
-
-    #[inline(always)]
-    fn pack_four(v: [Self; 4]) -> [u32; 4] {
-        [u32::from_le_bytes(v), 0, 0, 0]
-    }
+    const PER_WORD: usize = 4;
 }
 
 impl PackedVoxel for u16 {
-    const PAIR: usize = 1;
-    const FOUR: usize = 2;
-
-    #[inline(always)]
-    fn pack_pair([a, b]: [Self; 2]) -> [u32; 2] {
-        [u32::from(a) | u32::from(b) << 16, 0]
-    }
-
-    #[inline(always)]
-    fn pack_four([a, b, c, d]: [Self; 4]) -> [u32; 4] {
-        [u32::from(a) | u32::from(b) << 16, u32::from(c) | u32::from(d) << 16, 0, 0]
-    }
+    const PER_WORD: usize = 2;
 }
 
 impl PackedVoxel for f32 {
-    const PAIR: usize = 2;
-    const FOUR: usize = 4;
+    const PER_WORD: usize = 1;
+}
 
+impl<T: PackedVoxel> LaneSource<'_, T> {
+    /// The words that begin at element `i + offset` of each lane, for each of several offsets; the first element is lowest.
+    ///
+    /// Indices are bounded, and taken out of the vector, once for all offsets. Of a word at the greatest offset that would
+    /// reach beyond the end, at least a pair of elements is right wherever there is one, and so it is at the others.
     #[inline(always)]
-    fn pack_pair(v: [Self; 2]) -> [u32; 2] {
-        v.map(f32::to_bits)
+    pub(crate) fn words<S: Simd, const N: usize>(
+        self,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [S::u32s; N] {
+        let mut reach = 0;
+        for offset in offsets {
+            reach = offset.max(reach);
+        }
+        // Of a source shorter than that, nothing but its beginning is safe to read.
+        let reach = reach as usize + T::PER_WORD;
+        assert!(reach <= self.0.len(), "offsets within the grid");
+        let bounded = self.bounded(simd, i, reach);
+        let indices = opaque(simd, bounded);
+        let mut words = [bounded; N];
+        for k in 0..N {
+            // SAFETY: bounded + the greatest offset + a word's elements is within the slice.
+            words[k] = unsafe { self.word(simd, &indices, offsets[k]) };
+        }
+        // A pair of 8-bit voxels at the very end is read with the two before it.
+        if T::PER_WORD == 4 && i.simd_gt(bounded).any_true() {
+            let shift = (i - bounded).min(3) << 3;
+            for word in &mut words {
+                *word >>= shift;
+            }
+        }
+        words
     }
 
+    /// # Safety
+    /// `indices + offset + T::PER_WORD` must not be beyond the end in any lane that is in use.
     #[inline(always)]
-    fn pack_four(v: [Self; 4]) -> [u32; 4] {
-        v.map(f32::to_bits)
+    unsafe fn word<S: Simd>(self, simd: S, indices: &[u32; MAX_LANES], offset: u32) -> S::u32s {
+        let mut words = [0u32; MAX_LANES];
+        // SAFETY: within the slice, for `offset` alone is. One base an offset, so that kernels add nothing a lane.
+        let base = unsafe { self.0.as_ptr().add(offset as usize) };
+        for l in 0..S::u32s::LEN {
+            let i = indices[l] as usize;
+            debug_assert!(i + offset as usize + T::PER_WORD <= self.0.len());
+            // SAFETY: the caller keeps these four bytes within the slice; they need no alignment and any bits make a
+            // u32. Unchecked because a check a lane costs more than the load. Twin: as above.
+            words[l] = u32::from_le(unsafe { base.add(i).cast::<u32>().read_unaligned() });
+        }
+        S::u32s::from_slice(simd, &words[..S::u32s::LEN])
     }
+}
+
+/// The lanes of a vector as numbers that the compiler does not know to come from one: else it turns the loads that they
+/// index into hardware gathers, which take 1.8 to 2.8 times as long.
+#[inline(always)]
+fn opaque<S: Simd>(_simd: S, v: S::u32s) -> [u32; MAX_LANES] {
+    let mut lanes = [0; MAX_LANES];
+    let from = v.as_slice();
+    for l in 0..S::u32s::LEN {
+        // SAFETY: a reference into the vector, read as what it is.
+        lanes[l] = unsafe { std::ptr::read_volatile(&from[l]) };
+    }
+    lanes
 }
 
 #[cfg(test)]
@@ -338,22 +260,32 @@ mod tests {
 
     struct Check<'a> {
         data: &'a [u16],
+        bytes: &'a [u8],
         indices: [u32; MAX_LANES],
     }
 
     impl LaneWork for Check<'_> {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            let source = LaneSource::new(self.data);
             let i = S::u32s::from_slice(simd, &self.indices[..S::u32s::LEN]);
-            let (one, [two, _], [low, high, _, _]) =
-                (source.singles(simd, i), source.pairs(simd, i), source.fours(simd, i));
+            let one = LaneSource::new(self.data).singles(simd, i);
+            let words = LaneSource::new(self.data).words(simd, i, [0, 4, 1]);
+            let of_bytes = LaneSource::new(self.bytes).words(simd, i, [0, 4]);
             for l in 0..S::u32s::LEN {
-                let at = |width: usize| (self.indices[l] as usize).min(self.data.len() - width);
-                let word = |i: usize| u32::from(self.data[i]) | u32::from(self.data[i + 1]) << 16;
-                assert_eq!(one[l], self.data[at(1)]);
-                assert_eq!(two[l], word(at(2)));
-                assert_eq!((low[l], high[l]), (word(at(4)), word(at(4) + 2)));
+                let index = self.indices[l] as usize;
+                assert_eq!(one[l], self.data[index.min(self.data.len() - 1)]);
+                let at = index.min(self.data.len() - 6);
+                for (word, offset) in words.iter().zip([0, 4, 1]) {
+                    let (a, b) = (self.data[at + offset], self.data[at + offset + 1]);
+                    assert_eq!(word[l], u32::from(a) | u32::from(b) << 16);
+                }
+                // Wherever there is a pair at the greatest offset, pairs are right.
+                if index + 4 + 2 <= self.bytes.len() {
+                    for (word, offset) in of_bytes.iter().zip([0, 4]) {
+                        let (a, b) = (self.bytes[index + offset], self.bytes[index + offset + 1]);
+                        assert_eq!(word[l] & 0xffff, u32::from(a) | u32::from(b) << 8, "at {index}");
+                    }
+                }
             }
         }
     }
@@ -361,13 +293,14 @@ mod tests {
     #[test]
     fn elements_are_those_of_the_slice_and_none_is_beyond_it() {
         let data: Vec<u16> = (0..29).map(|i| i * 7).collect();
+        let bytes: Vec<u8> = (1..30).map(|i| i * 7).collect();
         let indices = [0, 1, 5, 24, 25, 26, 27, 28, 29, 30, 1000, u32::MAX, u32::MAX - 1, 1 << 31, 3, 12];
         for choice in [SimdChoice::Scalar, SimdChoice::Avx2, SimdChoice::Avx512, SimdChoice::Auto] {
             if let Ok(level) = choice.level() {
                 for rotate in 0..MAX_LANES {
                     let mut indices = indices;
                     indices.rotate_left(rotate);
-                    dispatch(level, Check { data: &data, indices });
+                    dispatch(level, Check { data: &data, bytes: &bytes, indices });
                 }
             }
         }
@@ -376,6 +309,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "2 x 2 x 2")]
     fn a_source_shorter_than_a_load_is_refused() {
-        LaneSource::new(&[1u8, 2, 3]);
+        let _ = LaneSource::new(&[1u8, 2, 3]);
     }
 }

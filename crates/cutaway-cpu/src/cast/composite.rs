@@ -8,7 +8,7 @@ use crate::bundle::{Bundle, Member, Stretch};
 use crate::classification::cast_piece;
 use crate::packet::Packet;
 use crate::rays::Frame;
-use crate::sample::{CellPosition, Grid, LaneVoxel};
+use crate::sample::{Grid, LaneVoxel};
 use crate::simd::LaneSource;
 use crate::tiles::Tile;
 
@@ -34,6 +34,10 @@ struct Half<S: Simd> {
 /// Samples after which a stretch is left if every lane is opaque.
 const CHECK_EVERY: u32 = 4;
 
+/// Visible samples in a row after which the next is expected to be visible, too. Asking for everything at once saves a
+/// quarter of a visible sample and makes an invisible one several times dearer.
+const LONG_RUN: u32 = 4;
+
 /// Casts the packets of a bundle and writes their pixels.
 #[inline(always)]
 pub(super) fn bundle<S: Simd, T: LaneVoxel>(
@@ -53,6 +57,10 @@ pub(super) fn bundle<S: Simd, T: LaneVoxel>(
         half: Half { before: one, after: one, begin: one * f32::INFINITY, length: zero },
     };
     bundle.fill(simd, frame, at, nothing);
+    for member in &mut bundle.members {
+        // Rays that miss the volume are closed from the start.
+        member.sum.transmittance = member.packet.hits().select(one, zero);
+    }
     let caster = Caster {
         kernel,
         grid,
@@ -96,21 +104,26 @@ impl<T: LaneVoxel> Caster<'_, T> {
         stretch: Stretch,
         pieces: u8,
     ) -> (u64, bool) {
-        let mut samples = 0;
         let light = self.kernel.shading.as_ref().map(
             #[inline(always)]
             |s| (s, s.packet_light(simd, packet)),
         );
+        let cast = Cast { caster: self, packet, light };
         let mut local = *sum;
+        let mut samples = 0;
+        // Where every ray is inside with a whole step before it, none has a length of its own.
+        let [whole_from, whole_to] = packet.bounds.whole;
+        let mut run = if pieces & cast_piece::PARTLY == 0 { LONG_RUN } else { 0 };
         let mut j = stretch.begin;
         while j < stretch.end {
-            let until = stretch.end.min(j + CHECK_EVERY);
             let open = packet.not_ended(j) & local.transmittance.simd_ge(self.kernel.opaque_below);
             if !open.any_true() {
                 break;
             }
+            let until = stretch.end.min(j + CHECK_EVERY);
+            let whole = whole_from <= j && until <= whole_to;
             for j in j..until {
-                samples += u64::from(self.sample(simd, packet, &light, &mut local, j, pieces));
+                samples += u64::from(cast.sample(simd, &mut local, j, whole, &mut run));
             }
             j = until;
         }
@@ -119,41 +132,63 @@ impl<T: LaneVoxel> Caster<'_, T> {
         (samples, open.any_true())
     }
 
-    /// Takes the samples of step `j` of the lanes that are still open; returns how many those are.
     #[inline(always)]
-    fn sample<S: Simd>(
-        &self,
-        simd: S,
-        packet: &Packet<S>,
-        light: &Option<(&super::Shading, super::shading::PacketLight<S>)>,
-        sum: &mut Accumulated<S>,
-        j: u32,
-        pieces: u8,
-    ) -> u32 {
+    fn table_index<S: Simd>(&self, simd: S, value: S::f32s) -> S::u32s {
+        let (lo, scale) = self.kernel.classification.index_map;
+        let last = self.kernel.classification.opacities.len() as i32 - 1;
+        let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
+        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
+    }
+}
+
+/// Colours under a light: times its factor, plus its white.
+#[inline(always)]
+fn lit_by<S: Simd>([r, g, b]: [S::f32s; 3], lit: Option<(S::f32s, S::f32s)>) -> [S::f32s; 3] {
+    match lit {
+        Some((factor, white)) => {
+            [r.mul_add(factor, white), g.mul_add(factor, white), b.mul_add(factor, white)]
+        }
+        None => [r, g, b],
+    }
+}
+
+/// A stretch of a packet under a light.
+struct Cast<'a, S: Simd, T> {
+    caster: &'a Caster<'a, T>,
+    packet: &'a Packet<S>,
+    light: Option<(&'a super::Shading, super::shading::PacketLight<S>)>,
+}
+
+impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
+    /// Takes the samples of step `j` of the lanes that are still open; returns how many those are. `whole`: every ray that
+    /// meets the volume has a whole step here. `run`: of how many samples until now something was visible without a break.
+    #[inline(always)]
+    fn sample(&self, simd: S, sum: &mut Accumulated<S>, j: u32, whole: bool, run: &mut u32) -> u32 {
         let zero = S::f32s::splat(simd, 0.0);
-        let (middle, length) = packet.sample(simd, j);
-        let at = self.grid.locate(simd, packet.position(middle));
-        let index = self.table_index(simd, self.grid.value(simd, &at));
-        let open = length.simd_gt(0.0) & sum.transmittance.simd_ge(self.kernel.opaque_below);
-        let taken = open.to_bitmask().count_ones();
-        let (mut alpha, [r, g, b]);
-        if pieces & cast_piece::PARTLY == 0 {
-            let entries = self.colors.columns(simd, index);
-            [r, g, b, alpha] = entries;
-            alpha = open.select(alpha, zero);
+        let open = sum.transmittance.simd_ge(self.caster.kernel.opaque_below);
+        let (middle, length, open) = if whole {
+            (S::f32s::splat(simd, j as f32 + 0.5), S::f32s::splat(simd, 1.0), open)
         } else {
-            alpha = open.select(self.opacities.floats(simd, index), zero);
-            if !alpha.simd_gt(0.0).any_true() {
-                return taken;
+            let (middle, length) = self.packet.sample(simd, j);
+            (middle, length, open & length.simd_gt(0.0))
+        };
+        let taken = open.to_bitmask().count_ones();
+        let Some((color, alpha)) = self.looks(simd, middle, *run >= LONG_RUN) else {
+            *run = 0;
+            return taken;
+        };
+        let mut alpha = open.select(alpha, zero);
+        if !alpha.simd_gt(0.0).any_true() {
+            *run = 0;
+            return taken;
+        }
+        *run += 1;
+        if !whole {
+            let short = open & length.simd_lt(1.0);
+            if short.any_true() {
+                alpha = shorter(simd, alpha, length);
             }
-            let entries = self.colors.columns(simd, index);
-            [r, g, b, _] = entries;
         }
-        let short = open & length.simd_lt(1.0);
-        if short.any_true() {
-            alpha = shorter(simd, alpha, length);
-        }
-        let [r, g, b] = self.lit(simd, light, &at, [r, g, b]);
         let weight = sum.transmittance * alpha;
         let after = sum.transmittance - weight;
         let passes_half = after.simd_le(0.5) & sum.transmittance.simd_gt(0.5);
@@ -164,31 +199,37 @@ impl<T: LaneVoxel> Caster<'_, T> {
             half.begin = passes_half.select(S::f32s::splat(simd, j as f32), half.begin);
             half.length = passes_half.select(length, half.length);
         }
-        let [sum_r, sum_g, sum_b] = sum.color;
-        sum.color = [weight.mul_add(r, sum_r), weight.mul_add(g, sum_g), weight.mul_add(b, sum_b)];
+        for (sum, color) in sum.color.iter_mut().zip(color) {
+            *sum = weight.mul_add(color, *sum);
+        }
         sum.transmittance = after;
         taken
     }
 
+    /// Lit colour and opacity of a whole step at `middle` steps along each ray; nothing where all of it is transparent.
+    ///
+    /// Where something visible is likely everything is asked at once: field and gradient share their voxels, colour and
+    /// opacity their look-up. Elsewhere opacity is asked first. Either way there is one piece of code for what is visible:
+    /// twice of it would not fit the processor's nearest memory for code.
     #[inline(always)]
-    fn lit<S: Simd>(
-        &self,
-        simd: S,
-        light: &Option<(&super::Shading, super::shading::PacketLight<S>)>,
-        at: &CellPosition<S>,
-        [r, g, b]: [S::f32s; 3],
-    ) -> [S::f32s; 3] {
-        let Some((shading, light)) = light else { return [r, g, b] };
-        let (factor, white) = shading.terms(simd, light, self.grid.gradient(simd, at));
-        [r.mul_add(factor, white), g.mul_add(factor, white), b.mul_add(factor, white)]
-    }
-
-    #[inline(always)]
-    fn table_index<S: Simd>(&self, simd: S, value: S::f32s) -> S::u32s {
-        let (lo, scale) = self.kernel.classification.index_map;
-        let last = self.kernel.classification.opacities.len() as i32 - 1;
-        let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
-        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
+    fn looks(&self, simd: S, middle: S::f32s, likely: bool) -> Option<([S::f32s; 3], S::f32s)> {
+        let Caster { grid, opacities, colors, .. } = self.caster;
+        let at = grid.locate(simd, self.packet.position(middle));
+        let mut index = at.index();
+        if !(likely && self.light.is_some()) {
+            index = self.caster.table_index(simd, grid.value(simd, &at));
+            if !likely && !opacities.floats(simd, index).simd_gt(0.0).any_true() {
+                return None;
+            }
+        }
+        let mut lit = None;
+        if let Some((shading, light)) = &self.light {
+            let (value, gradient) = grid.value_and_gradient(simd, &at);
+            index = self.caster.table_index(simd, value);
+            lit = Some(shading.terms(simd, light, gradient));
+        }
+        let [r, g, b, alpha] = colors.columns(simd, index);
+        Some((lit_by::<S>([r, g, b], lit), alpha))
     }
 }
 

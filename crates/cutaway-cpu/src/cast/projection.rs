@@ -162,7 +162,7 @@ fn close_in<S: Simd, T: LaneVoxel>(
             sum.at = better.select(j, sum.at);
         }
     }
-    sum.stored = sum.stored * sign;
+    sum.stored *= sign;
 }
 
 /// The mean stored number; the last, shorter step of a ray counts for its length.

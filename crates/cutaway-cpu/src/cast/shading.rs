@@ -138,7 +138,7 @@ enum Power {
 
 impl Power {
     fn new(power: f64) -> Self {
-        if power.fract() == 0.0 && power <= 256.0 {
+        if power.fract() == 0.0 && power < 256.0 {
             Self::Whole(power as u32)
         } else {
             Self::Any(power as f32)
