@@ -15,6 +15,7 @@ pub mod histogram;
 pub mod image;
 pub mod lighting;
 pub mod occupancy;
+pub mod preintegration;
 pub mod presets;
 pub mod reference;
 pub mod scene;
