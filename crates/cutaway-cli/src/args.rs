@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cutaway_core::lighting::DiffuseCurve;
-use cutaway_core::scene::{Engine, Mode, SpaceSkipping};
+use cutaway_core::scene::{Engine, Gradient, Layout, Mode, Sampling, SpaceSkipping};
 
 use crate::values::{self, List, number, whole};
 
@@ -145,6 +145,21 @@ pub(crate) struct SceneArgs {
     /// Whether to cross invisible blocks without sampling them: off or auto [auto]
     #[arg(long, value_parser = values::space_skipping, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) space_skipping: Option<SpaceSkipping>,
+    /// Where samples lie: view (a step apart along the ray) or object (on planes of voxels) [view]
+    #[arg(long, value_parser = values::sampling, value_name = "HOW", help_heading = "Sampling")]
+    pub(crate) sampling: Option<Sampling>,
+    /// Cut steps finer where opacity or colour differ by more than T (0 to 1) from one to the next [never]
+    #[arg(long, value_name = "T", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
+    pub(crate) adaptive_threshold: Option<f64>,
+    /// Let a step stand for the integral between its ends, not for the value in its middle
+    #[arg(long, help_heading = "Sampling")]
+    pub(crate) pre_integration: bool,
+    /// Gradient for lighting: central, sobel (smoother) or precomputed (4 bytes a voxel) [central]
+    #[arg(long, value_parser = values::gradient, value_name = "KIND", help_heading = "Sampling")]
+    pub(crate) gradient: Option<Gradient>,
+    /// Voxels in memory: linear (as they came) or bricks (1.2 to 1.4 times the volume again) [linear]
+    #[arg(long, value_parser = values::layout, value_name = "HOW", help_heading = "Sampling")]
+    pub(crate) layout: Option<Layout>,
 }
 
 /// What raw data are, where neither their name nor a JSON file beside them tells.

@@ -95,6 +95,8 @@ impl Origins {
             ("resolution", "--resolution", args.resolution.is_some()),
             ("step", "--step", args.step.is_some()),
             ("early_termination", "--early-termination", args.early_termination.is_some()),
+            ("adaptive_threshold", "--adaptive-threshold", args.adaptive_threshold.is_some()),
+            ("pre_integration", "--pre-integration", args.pre_integration),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),
@@ -189,6 +191,11 @@ fn settings(
     s.step = args.step.unwrap_or(s.step);
     s.early_termination = args.early_termination.unwrap_or(s.early_termination);
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
+    s.sampling = args.sampling.unwrap_or(s.sampling);
+    s.adaptive_threshold = args.adaptive_threshold.or(s.adaptive_threshold);
+    s.pre_integration |= args.pre_integration;
+    s.gradient = args.gradient.unwrap_or(s.gradient);
+    s.layout = args.layout.unwrap_or(s.layout);
     s.brightness = args.function.brightness.unwrap_or(s.brightness);
     if let Some(resolution) = &args.resolution {
         s.resolution = resolution.exactly_whole("--resolution")?;

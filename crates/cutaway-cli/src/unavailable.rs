@@ -12,9 +12,6 @@ use crate::values::closest;
 
 /// Options that the interface names and later versions will have.
 const OPTIONS: &[&str] = &[
-    "--sampling",
-    "--adaptive-threshold",
-    "--pre-integration",
     "--jitter",
     "--image-interpolation",
     "--blur",

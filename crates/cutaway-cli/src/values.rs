@@ -6,7 +6,7 @@
 use std::str::FromStr;
 
 use cutaway_core::lighting::DiffuseCurve;
-use cutaway_core::scene::{Engine, Mode, SpaceSkipping};
+use cutaway_core::scene::{Engine, Gradient, Layout, Mode, Sampling, SpaceSkipping};
 
 use crate::report::wrong_use;
 
@@ -130,6 +130,20 @@ pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
         ));
     }
     named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
+}
+
+pub(crate) fn sampling(text: &str) -> Result<Sampling, String> {
+    named(text, "way of sampling", &[("view", Sampling::View), ("object", Sampling::Object)])
+}
+
+pub(crate) fn gradient(text: &str) -> Result<Gradient, String> {
+    let all =
+        [("central", Gradient::Central), ("sobel", Gradient::Sobel), ("precomputed", Gradient::Precomputed)];
+    named(text, "gradient", &all)
+}
+
+pub(crate) fn layout(text: &str) -> Result<Layout, String> {
+    named(text, "layout", &[("linear", Layout::Linear), ("bricks", Layout::Bricks)])
 }
 
 /// A number as people write it: six decimals without trailing zeros, or an exponent where those say nothing.

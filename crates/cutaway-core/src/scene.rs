@@ -81,6 +81,42 @@ pub enum SpaceSkipping {
     Auto,
 }
 
+/// Where along a ray samples lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampling {
+    /// A fixed step apart, from where the ray enters the volume.
+    #[default]
+    View,
+    /// On the planes of voxels across the axis that the ray follows most (Termeer 4.1.1): there the field is bilinear. The
+    /// step is that between planes, whatever `step` says.
+    Object,
+}
+
+/// How the gradient for lighting is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Gradient {
+    /// Central differences of the voxels, interpolated.
+    #[default]
+    Central,
+    /// The same smoothed across by 1 2 1 along the two other axes: calmer on noisy data, softer on fine detail.
+    Sobel,
+    /// Directions of central differences, computed once a volume and kept in 32 bits a voxel, then interpolated.
+    Precomputed,
+}
+
+/// How the voxels lie in memory while an image is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Layout {
+    /// As they came: x fastest, then y, then z. Needs no preparation.
+    #[default]
+    Linear,
+    /// In bricks with copies of their neighbours' nearest voxels: what a ray needs is near itself in memory.
+    Bricks,
+}
+
 /// How an image is made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -104,6 +140,18 @@ pub struct RenderSettings {
     pub space_skipping: SpaceSkipping,
     /// Factor of every opacity, 0 or more.
     pub brightness: f64,
+    /// Where along a ray samples lie.
+    pub sampling: Sampling,
+    /// A step is cut into finer ones where opacity or colour differ by more than this from one sample to the next, 0 to 1;
+    /// none: never.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive_threshold: Option<f64>,
+    /// Whether a step stands for the integral between its ends instead of the value in its middle.
+    pub pre_integration: bool,
+    /// How the gradient for lighting is found.
+    pub gradient: Gradient,
+    /// How the voxels lie in memory while the image is made.
+    pub layout: Layout,
 }
 
 impl Default for RenderSettings {
@@ -118,6 +166,11 @@ impl Default for RenderSettings {
             early_termination: 0.999,
             space_skipping: SpaceSkipping::default(),
             brightness: 1.0,
+            sampling: Sampling::default(),
+            adaptive_threshold: None,
+            pre_integration: false,
+            gradient: Gradient::default(),
+            layout: Layout::default(),
         }
     }
 }
@@ -288,6 +341,21 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
     }
     if !(s.brightness >= 0.0 && s.brightness.is_finite()) {
         return Err(setting("brightness", s.brightness, "a number of 0 or more"));
+    }
+    if let Some(t) = s.adaptive_threshold.filter(|t| !(0.0..=1.0).contains(t)) {
+        return Err(setting("adaptive_threshold", t, "a difference of 0 to 1"));
+    }
+    if s.pre_integration && s.sampling == Sampling::Object {
+        let found = "on with `sampling` object";
+        return Err(setting("pre_integration", found, "one of the two: both decide what a step is"));
+    }
+    if s.pre_integration && s.adaptive_threshold.is_some() {
+        let found = "on with `adaptive_threshold`";
+        return Err(setting(
+            "pre_integration",
+            found,
+            "one of the two: a pre-integrated step needs no finer one",
+        ));
     }
     if s.mode == Mode::Iso && s.iso.is_empty() {
         return Err(setting("iso", "missing", "at least one isovalue in iso mode"));

@@ -231,12 +231,13 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
 
     /// Hands out stretches, near ones first.
     ///
-    /// `blocks` says what is where; `take(packet, sum, stretch, what is there)` returns whether anything further on can
+    /// Each is longer by `margin` steps at both ends: for steps that see more than their middle. `blocks` says what is where; `take(packet, sum, stretch, what is there)` returns whether anything further on can
     /// still be seen by the packet.
     #[inline(always)]
     pub(crate) fn march(
         &mut self,
         blocks: &BlockMap,
+        margin: u32,
         mut take: impl FnMut(&Packet<S>, &mut T, Stretch, u8) -> bool,
     ) {
         let Some(axis) = self.axis else {
@@ -277,10 +278,13 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 if there == 0 {
                     continue;
                 }
-                let stretch = m.packet.bounds.stretch(&slab);
+                let Stretch { begin, end } = m.packet.bounds.stretch(&slab);
                 // What was handed out before reaches down to where the last visible slab begins; nothing of this slab
                 // lies before that, for each ray meets the slabs in turn.
-                let stretch = Stretch { begin: stretch.begin.max(m.next), ..stretch };
+                let stretch = Stretch {
+                    begin: begin.saturating_sub(margin).max(m.next),
+                    end: (end + margin).min(m.packet.bounds.end[1].ceil() as u32),
+                };
                 if stretch.begin < stretch.end {
                     m.next = stretch.end;
                     m.open = take(&m.packet, &mut m.sum, stretch, there);
@@ -367,7 +371,7 @@ mod tests {
                 member.sum = i as u32;
             }
             let mut handed_out: Vec<Vec<Stretch>> = vec![Vec::new(); bundle.members.len()];
-            bundle.march(self.blocks, |_, i, stretch, _| {
+            bundle.march(self.blocks, 0, |_, i, stretch, _| {
                 let stretches = &mut handed_out[*i as usize];
                 assert!(stretch.begin < stretch.end);
                 assert!(stretches.last().is_none_or(|last| last.end <= stretch.begin));

@@ -4,9 +4,12 @@
 
 use cutaway_core::compositing::segment_opacity;
 use cutaway_core::occupancy::Occupancy;
+use cutaway_core::preintegration::Preintegration;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
 use cutaway_core::value_ranges::{BlockGrid, ValueRanges};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, SimdBase};
 use rayon::prelude::*;
 
 use crate::renderer::CpuVolume;
@@ -36,6 +39,44 @@ impl BlockMap {
     }
 }
 
+/// Pre-integration tables as kernels read them: see [`Preintegration`].
+#[derive(Clone, Debug)]
+pub(crate) struct Preintegrated {
+    /// Of each bin, the coordinate at its start and its growth.
+    pub(crate) starts: Vec<f32>,
+    pub(crate) growths: Vec<f32>,
+    /// Weights of a step's front and back, and both together.
+    pub(crate) front: Vec<[f32; 4]>,
+    pub(crate) back: Vec<[f32; 4]>,
+    pub(crate) unlit: Vec<[f32; 4]>,
+    /// Nodes along a side.
+    pub(crate) size: usize,
+    pub(crate) index_map: (f32, f32),
+}
+
+impl Preintegrated {
+    fn new(scene: &Scene) -> Self {
+        let volume = scene.volume();
+        let table = Preintegration::new(
+            scene.transfer_function(),
+            scene.unit_distance(),
+            scene.step_length(),
+            volume.rescale(),
+            volume.stored_range(),
+        );
+        let half = |from: usize| move |e: &[f32; 8]| std::array::from_fn(|c| e[from + c]);
+        Self {
+            starts: table.bins().iter().map(|b| b[0]).collect(),
+            growths: table.bins().iter().map(|b| b[1]).collect(),
+            front: table.entries().iter().map(half(0)).collect(),
+            back: table.entries().iter().map(half(4)).collect(),
+            unlit: table.unlit_entries(),
+            size: table.size(),
+            index_map: table.index_map(),
+        }
+    }
+}
+
 /// Tables and blocks of one scene's transfer function, mode and step.
 #[derive(Clone, Debug)]
 pub struct Classification {
@@ -43,6 +84,10 @@ pub struct Classification {
     pub(crate) opacities: Vec<f32>,
     /// Straight colour and *opacity of a whole step* of each entry.
     pub(crate) colors: Vec<[f32; 4]>,
+    /// Straight colour and *optical depth of a whole step* of each entry, for steps of other lengths.
+    pub(crate) depths: Vec<[f32; 4]>,
+    /// Where the scene asks for it.
+    pub(crate) preintegrated: Option<Preintegrated>,
     /// Stored number of entry 0, entries per stored unit.
     pub(crate) index_map: (f32, f32),
     pub(crate) blocks: BlockMap,
@@ -62,6 +107,9 @@ impl Classification {
         let colors: Vec<[f32; 4]> =
             table.entries().iter().map(|&[r, g, b, a]| [r, g, b, opacity_of_step(a)]).collect();
         let opacities = colors.iter().map(|e| e[3]).collect();
+        let depth = |opacity: f32| (extinction(f64::from(opacity), unit) * step) as f32;
+        let depths = table.entries().iter().map(|&[r, g, b, a]| [r, g, b, depth(a)]).collect();
+        let preintegrated = scene.settings().pre_integration.then(|| Preintegrated::new(scene));
         let settings = scene.settings();
         let ranges = volume.ranges();
         let isovalues: Vec<f64> = settings.iso.iter().map(|v| source.rescale().stored(*v)).collect();
@@ -76,7 +124,16 @@ impl Classification {
                 |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
             if skipping { Occupancy::new(ranges, met) } else { Occupancy::full(ranges) }
         });
-        Self { opacities, colors, index_map: table.index_map(), blocks, occupancy }
+        Self { opacities, colors, depths, preintegrated, index_map: table.index_map(), blocks, occupancy }
+    }
+
+    /// The entries of stored numbers.
+    #[inline(always)]
+    pub(crate) fn table_index<S: Simd>(&self, simd: S, stored: S::f32s) -> S::u32s {
+        let (lo, scale) = self.index_map;
+        let last = self.opacities.len() as i32 - 1;
+        let index: S::i32s = ((stored - lo) * scale + 0.5).to_int();
+        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
     }
 
     /// The share of blocks that can be visible, 0..=1.

@@ -15,9 +15,11 @@
 //! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64.
 #![deny(unsafe_code)]
 
+mod bricks;
 mod bundle;
 mod cast;
 mod classification;
+mod normals;
 mod packet;
 mod rays;
 mod renderer;

@@ -37,6 +37,11 @@ pub(crate) struct Packet<S: Simd> {
     pub(crate) end: S::f32s,
     /// World distance of each ray's step 0 from its own beginning.
     pub(crate) t_origin: S::f32s,
+    /// World length of a step of each ray, and how many steps of the scene that is: what optical depths are multiplied by.
+    pub(crate) world_step: S::f32s,
+    pub(crate) opacity_scale: S::f32s,
+    /// The axis that all rays follow, if there is one.
+    pub(crate) axis: Axis,
     /// All rays, whether they meet the volume or not, seen from the common axis.
     pub(crate) bounds: Bounds,
 }
@@ -122,17 +127,30 @@ impl<S: Simd> Packet<S> {
             origin[a] = stride[a].mul_add(near, point[a]);
         }
         let t_entry = near.mul_add(rays.step_length, world_of_point);
-        let mut packet =
-            Self { origin, stride, first: zero, end: total, t_origin: t_entry, bounds: Bounds::default() };
+        let mut packet = Self {
+            origin,
+            stride,
+            first: zero,
+            end: total,
+            t_origin: t_entry,
+            world_step: S::f32s::splat(simd, rays.step_length),
+            opacity_scale: S::f32s::splat(simd, 1.0),
+            axis,
+            bounds: Bounds::default(),
+        };
         packet.bounds.hits = hits.any_true();
         if let (Some(axis), true) = (axis, packet.bounds.hits) {
-            packet.delay(simd, axis, hits, rays.step_length);
+            if rays.on_planes {
+                packet.onto_planes(simd, axis, hits);
+            } else {
+                packet.delay(simd, axis, hits, rays.step_length);
+            }
             packet.bound(simd, axis, hits);
         }
         let ends = packet.end;
         let infinity = S::f32s::splat(simd, f32::INFINITY);
         packet.bounds.end = [hits.select(ends, infinity).reduce_min(), ends.reduce_max()];
-        packet.bounds.whole = [packet.first.reduce_max() as u32, packet.bounds.end[0] as u32];
+        packet.bounds.whole = [packet.first.reduce_max().ceil() as u32, packet.bounds.end[0] as u32];
         packet
     }
 
@@ -156,6 +174,33 @@ impl<S: Simd> Packet<S> {
             self.origin[a] -= self.stride[a] * self.first;
         }
         self.t_origin -= self.first * step_length;
+    }
+
+    /// Makes a step of what is nearest to a plane of voxels across an axis: the planes are at `j + 1/2`. Rays then enter
+    /// and leave anywhere within a step.
+    #[inline(always)]
+    fn onto_planes(
+        &mut self,
+        simd: S,
+        (axis, ascending): (usize, bool),
+        hits: <S::f32s as SimdBase<S>>::Mask,
+    ) {
+        let sign = if ascending { 1.0 } else { -1.0 };
+        let zero = S::f32s::splat(simd, 0.0);
+        let along = self.origin[axis] * sign;
+        let foremost = hits.select(along, S::f32s::splat(simd, f32::INFINITY)).reduce_min();
+        let begin = foremost.round() - 0.5;
+        let per_step = (self.stride[axis] * sign).max(NO_STRIDE);
+        let first = along - begin;
+        self.first = hits.select(first.max(0.0), zero);
+        self.end = hits.select(self.end.mul_add(per_step, self.first), zero);
+        for a in 0..3 {
+            self.stride[a] /= per_step;
+            self.origin[a] -= self.stride[a] * first;
+        }
+        self.world_step /= per_step;
+        self.opacity_scale /= per_step;
+        self.t_origin -= self.world_step * first;
     }
 
     #[inline(always)]

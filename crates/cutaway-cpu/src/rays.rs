@@ -6,7 +6,7 @@
 
 use cutaway_core::camera::{PixelPlane, RayGenerator};
 use cutaway_core::glam::DVec3;
-use cutaway_core::scene::Scene;
+use cutaway_core::scene::{Mode, Sampling, Scene};
 use cutaway_core::volume::Volume;
 
 /// What all rays of a frame share.
@@ -25,6 +25,8 @@ pub(crate) struct Frame<'a> {
     tangents: Tangents,
     /// World depth of the plane of `points` in front of the camera, 0 or more.
     depth: f64,
+    /// Whether samples lie on planes of voxels.
+    on_planes: bool,
 }
 
 /// How far a ray leans from the view: `(across, along)` of pixel (0, 0), and their growth a pixel.
@@ -49,6 +51,8 @@ pub(crate) struct PacketRays {
     pub(crate) depth: f32,
     /// World length of a step.
     pub(crate) step_length: f32,
+    /// Whether samples lie on planes of voxels.
+    pub(crate) on_planes: bool,
 }
 
 impl<'a> Frame<'a> {
@@ -84,7 +88,9 @@ impl<'a> Frame<'a> {
             }
         };
         let step_length = scene.step_length();
-        Self { volume, rays, width, height, step_length, points, directions, tangents, depth }
+        let settings = scene.settings();
+        let on_planes = settings.mode == Mode::Composite && settings.sampling == Sampling::Object;
+        Self { volume, rays, width, height, step_length, points, directions, tangents, depth, on_planes }
     }
 
     /// The rays from pixel `(x, y)` on.
@@ -104,6 +110,7 @@ impl<'a> Frame<'a> {
             tangent_per_pixel: self.tangents.per_pixel as f32,
             depth: self.depth as f32,
             step_length: self.step_length as f32,
+            on_planes: self.on_planes,
         }
     }
 

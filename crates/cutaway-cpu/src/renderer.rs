@@ -1,14 +1,18 @@
 //! The renderer: threads, tiles and statistics around the kernels.
 
+use std::sync::OnceLock;
+
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_core::value_ranges::ValueRanges;
-use cutaway_core::volume::Volume;
+use cutaway_core::volume::{Volume, Voxels};
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use crate::bricks;
 use crate::cast::{self, Kernel};
 use crate::classification::Classification;
+use crate::normals;
 use crate::rays::Frame;
 use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
 use crate::tiles::{TILE, Tile, morton_tiles};
@@ -37,15 +41,35 @@ pub enum CpuError {
 }
 
 /// A volume made ready: its value ranges. The voxels are used where they are.
+///
+/// What only some settings need (bricks, normals) is made when a scene first asks for it, and kept.
 #[derive(Debug)]
 pub struct CpuVolume {
     ranges: ValueRanges,
+    bricks: OnceLock<Option<Voxels>>,
+    normals: OnceLock<Vec<u32>>,
 }
 
 impl CpuVolume {
     /// Value ranges of the volume's blocks.
     pub fn ranges(&self) -> &ValueRanges {
         &self.ranges
+    }
+
+    /// The voxels in bricks; none where those would be too many to address.
+    pub(crate) fn bricks(&self, volume: &Volume) -> Option<&Voxels> {
+        self.bricks.get_or_init(|| bricks::bricked(volume)).as_ref()
+    }
+
+    /// Directions of the gradient, one word a voxel.
+    pub(crate) fn normals(&self, volume: &Volume) -> &[u32] {
+        self.normals.get_or_init(|| normals::normals(volume))
+    }
+
+    /// Bytes that settings have added to the volume's own: bricks and normals.
+    pub fn added_bytes(&self) -> usize {
+        let bricks = self.bricks.get().and_then(Option::as_ref).map_or(0, bricks::bytes);
+        bricks + self.normals.get().map_or(0, |n| size_of_val(n.as_slice()))
     }
 }
 
@@ -98,7 +122,8 @@ impl CpuRenderer {
         if u32::try_from(voxels).is_err() {
             return Err(CpuError::TooLarge { voxels });
         }
-        Ok(CpuVolume { ranges: self.pool.install(|| ValueRanges::new(volume)) })
+        let ranges = self.pool.install(|| ValueRanges::new(volume));
+        Ok(CpuVolume { ranges, bricks: OnceLock::new(), normals: OnceLock::new() })
     }
 
     /// Classifies a prepared volume; see [`Classification`].
@@ -117,7 +142,7 @@ impl CpuRenderer {
     ) -> (Image, Statistics) {
         let (width, height) = scene.resolution();
         let frame = Frame::new(scene);
-        let kernel = Kernel::new(volume, classification, scene);
+        let kernel = self.pool.install(|| Kernel::new(volume, classification, scene));
         let corners = morton_tiles(width, height);
         let done = std::sync::atomic::AtomicUsize::new(0);
         let cast = |&(x, y): &(u32, u32)| {

@@ -1,4 +1,4 @@
-//! The field sampler: trilinear values and gradients of many lanes at once, from voxels in x-fastest order.
+//! The field sampler: trilinear values and gradients of many lanes at once.
 //!
 //! All arithmetic is in stored numbers; the caller knows the rescale. Neighbours along x are loaded together.
 
@@ -6,6 +6,8 @@ use cutaway_core::volume::Volume;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, SimdBase};
 
+use crate::bricks::BrickShape;
+use crate::normals;
 use crate::simd::{LaneSource, PackedVoxel};
 
 /// A stored voxel type that lanes can be filled with: how rows of voxels along x are read.
@@ -137,11 +139,15 @@ fn to_float<S: Simd>(v: S::u32s) -> S::f32s {
 #[derive(Clone, Copy)]
 pub(crate) struct Grid<'a, T> {
     voxels: LaneSource<'a, T>,
-    /// Voxels along each axis.
+    /// Voxels along each axis of the volume.
     dimensions: [u32; 3],
+    /// Voxels from a row to the next, and from a plane to the next.
+    strides: (u32, u32),
+    /// Where the voxels are in bricks.
+    bricks: Option<BrickShape>,
 }
 
-/// Where lanes are: the cell's first voxel, its linear index, and the position within the cell.
+/// Where lanes are: the cell's first voxel, its index in the layout, and the position within the cell.
 #[derive(Clone, Copy)]
 pub(crate) struct CellPosition<S: Simd> {
     cell: [S::u32s; 3],
@@ -150,7 +156,7 @@ pub(crate) struct CellPosition<S: Simd> {
 }
 
 impl<S: Simd> CellPosition<S> {
-    /// The linear index of each cell's first voxel.
+    /// The index of each cell's first voxel.
     #[inline(always)]
     pub(crate) fn index(&self) -> S::u32s {
         self.index
@@ -158,23 +164,44 @@ impl<S: Simd> CellPosition<S> {
 }
 
 impl<'a, T: LaneVoxel> Grid<'a, T> {
+    /// The volume's own voxels.
     pub(crate) fn new(volume: &Volume, voxels: &'a [T]) -> Self {
-        Self { voxels: LaneSource::new(voxels), dimensions: volume.dimensions().to_array() }
+        let [nx, ny, nz] = volume.dimensions().to_array();
+        let voxels = LaneSource::new(voxels);
+        Self { voxels, dimensions: [nx, ny, nz], strides: (nx, nx * ny), bricks: None }
+    }
+
+    /// The volume's voxels in bricks.
+    pub(crate) fn bricked(volume: &Volume, bricks: &'a [T]) -> Self {
+        let shape = BrickShape::new(volume.dimensions());
+        let strides = shape.strides();
+        Self { voxels: LaneSource::new(bricks), strides, bricks: Some(shape), ..Self::new(volume, bricks) }
     }
 
     /// The cells that hold positions in voxel space; positions outside are moved to the volume's border.
     #[inline(always)]
-    pub(crate) fn locate<S: Simd>(&self, _simd: S, p: [S::f32s; 3]) -> CellPosition<S> {
+    pub(crate) fn locate<S: Simd>(&self, simd: S, p: [S::f32s; 3]) -> CellPosition<S> {
         let [nx, ny, nz] = self.dimensions;
         let (x, fx) = cell_along::<S>(p[0], nx);
         let (y, fy) = cell_along::<S>(p[1], ny);
         let (z, fz) = cell_along::<S>(p[2], nz);
-        CellPosition { cell: [x, y, z], index: (z * ny + y) * nx + x, fraction: [fx, fy, fz] }
+        let cell = [x, y, z];
+        let index = match &self.bricks {
+            None => self.linear_index::<S>(cell),
+            Some(shape) => index_in_bricks::<S>(simd, shape, cell),
+        };
+        CellPosition { cell, index, fraction: [fx, fy, fz] }
     }
 
-    /// Voxels from a row to the next, and from a plane to the next.
+    /// Where the first voxel of cells is among the volume's own voxels.
+    #[inline(always)]
+    fn linear_index<S: Simd>(&self, [x, y, z]: [S::u32s; 3]) -> S::u32s {
+        let [nx, ny, _] = self.dimensions;
+        (z * ny + y) * nx + x
+    }
+
     fn strides(&self) -> (u32, u32) {
-        (self.dimensions[0], self.dimensions[0] * self.dimensions[1])
+        self.strides
     }
 
     /// The field at located positions.
@@ -201,11 +228,11 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
         let [nx, ny, nz] = self.dimensions;
         let [x, y, z] = at.cell;
         let interior = |c: S::u32s, n: u32| (c - 1).simd_lt(n.saturating_sub(3));
-        let voxels = if (interior(x, nx) & interior(y, ny) & interior(z, nz)).all_true() {
-            self.neighbourhood(simd, at)
-        } else {
-            self.neighbourhood_at_border(simd, at)
-        };
+        // Bricks hold what lies beyond the border.
+        let inside =
+            self.bricks.is_some() || (interior(x, nx) & interior(y, ny) & interior(z, nz)).all_true();
+        let voxels =
+            if inside { self.neighbourhood(simd, at) } else { self.neighbourhood_at_border(simd, at) };
         voxels.value_and_gradient(at.fraction)
     }
 
@@ -264,6 +291,175 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
             pair(i11 + up_z),
         ];
         Neighbourhood { long, short }
+    }
+}
+
+/// Where the first voxel of cells is in bricks.
+#[inline(always)]
+fn index_in_bricks<S: Simd>(simd: S, shape: &BrickShape, cell: [S::u32s; 3]) -> S::u32s {
+    let (row, plane) = shape.strides();
+    let strides = [1, row, plane];
+    let bricks = [1, shape.bricks[0], shape.bricks[0] * shape.bricks[1]];
+    let mut brick = S::u32s::splat(simd, 0);
+    let mut within = S::u32s::splat(simd, shape.margin());
+    for a in 0..3 {
+        // Cells are whole numbers: a half more keeps the division exact.
+        let c = to_float::<S>(cell[a]);
+        let b: S::i32s = ((c + 0.5) * (1.0 / shape.cells[a] as f32)).to_int();
+        let b: S::u32s = b.bitcast();
+        brick += b * bricks[a];
+        within += (cell[a] - b * shape.cells[a]) * strides[a];
+    }
+    brick * shape.brick_len() + within
+}
+
+/// The plane of voxels that all positions lie on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OnPlane {
+    /// The axis across the plane.
+    pub(crate) axis: usize,
+}
+
+impl<T: LaneVoxel> Grid<'_, T> {
+    /// The field at positions on a plane of voxels: bilinear, half the voxels of [`Grid::value`].
+    #[inline(always)]
+    pub(crate) fn value_on_plane<S: Simd>(
+        &self,
+        simd: S,
+        at: &CellPosition<S>,
+        OnPlane { axis }: OnPlane,
+    ) -> S::f32s {
+        let [fx, fy, fz] = at.fraction;
+        let (row, plane) = self.strides();
+        // A plane's own cell begins or ends on it, whichever rounding chose.
+        match axis {
+            0 => {
+                let [e00, e10, e01, e11] =
+                    T::pairs(self.voxels, simd, at.index, [0, row, plane, plane + row]);
+                let near = fx.simd_lt(0.5);
+                let pick = |[a, b]: [S::f32s; 2]| near.select(a, b);
+                lerp::<S>(lerp::<S>(pick(e00), pick(e10), fy), lerp::<S>(pick(e01), pick(e11), fy), fz)
+            }
+            1 => {
+                let up = fy.simd_lt(0.5).select(S::u32s::splat(simd, 0), S::u32s::splat(simd, row));
+                let [near, far] = T::pairs(self.voxels, simd, at.index + up, [0, plane]);
+                lerp::<S>(edge::<S>(near, fx), edge::<S>(far, fx), fz)
+            }
+            _ => {
+                let up = fz.simd_lt(0.5).select(S::u32s::splat(simd, 0), S::u32s::splat(simd, plane));
+                let [near, far] = T::pairs(self.voxels, simd, at.index + up, [0, row]);
+                lerp::<S>(edge::<S>(near, fx), edge::<S>(far, fx), fy)
+            }
+        }
+    }
+
+    /// Twice the gradient by Sobel's kernel (differences along one axis, smoothed 1 2 1 along the others) at the cell's
+    /// corners, interpolated: all 64 voxels around the cell.
+    #[inline(always)]
+    pub(crate) fn sobel<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [S::f32s; 3] {
+        let taps = [taps::<S>(at.fraction[0]), taps::<S>(at.fraction[1]), taps::<S>(at.fraction[2])];
+        let zero = S::f32s::splat(simd, 0.0);
+        let mut gradient = [zero; 3];
+        for k in 0..4 {
+            // Of a plane: smoothed along both axes, and differences along each, smoothed along the other.
+            let (mut smooth, mut dx, mut dy) = (zero, zero, zero);
+            for j in 0..4 {
+                let voxels = self.row_around(simd, at, j, k);
+                let (mut row_smooth, mut row_difference) = (zero, zero);
+                for (i, v) in voxels.into_iter().enumerate() {
+                    row_smooth = v.mul_add(taps[0].smooth[i], row_smooth);
+                    row_difference = v.mul_add(taps[0].difference[i], row_difference);
+                }
+                smooth = row_smooth.mul_add(taps[1].smooth[j], smooth);
+                dx = row_difference.mul_add(taps[1].smooth[j], dx);
+                dy = row_smooth.mul_add(taps[1].difference[j], dy);
+            }
+            gradient[0] = dx.mul_add(taps[2].smooth[k], gradient[0]);
+            gradient[1] = dy.mul_add(taps[2].smooth[k], gradient[1]);
+            gradient[2] = smooth.mul_add(taps[2].difference[k], gradient[2]);
+        }
+        gradient
+    }
+
+    /// Voxels x - 1 to x + 2 of row `j` (0 to 3: y - 1 to y + 2) of plane `k` around a cell. A function of its own: sixteen
+    /// copies of it would take long to compile.
+    #[inline(always)]
+    fn row_around<S: Simd>(&self, simd: S, at: &CellPosition<S>, j: usize, k: usize) -> [S::f32s; 4] {
+        simd.vectorize(
+            #[inline(always)]
+            || self.row_around_of(simd, at, j, k),
+        )
+    }
+
+    #[inline(always)]
+    fn row_around_of<S: Simd>(&self, simd: S, at: &CellPosition<S>, j: usize, k: usize) -> [S::f32s; 4] {
+        let (row, plane) = self.strides();
+        if self.bricks.is_some() {
+            let i = at.index - (plane + row + 1);
+            return T::fours(self.voxels, simd, i, [k as u32 * plane + j as u32 * row])[0];
+        }
+        let [nx, ny, nz] = self.dimensions;
+        let [x, y, z] = at.cell;
+        let clamped = |c: S::u32s, k: usize, n: u32| {
+            let up: S::i32s = c.bitcast();
+            let moved =
+                (up + k as i32 - 1).max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, n as i32 - 1));
+            let moved: S::u32s = moved.bitcast();
+            moved
+        };
+        let base = clamped(z, k, nz) * plane + clamped(y, j, ny) * row;
+        let pair = |i: S::u32s| T::pairs(self.voxels, simd, i, [0])[0];
+        let [a, b] = pair(base + x);
+        let [before, _] = pair(base + x - down::<S>(simd, x, 1));
+        let [_, after] = pair(base + x + up::<S>(simd, x, nx - 2, 1));
+        [before, a, b, after]
+    }
+
+    /// The gradient's direction from words of [`crate::normals`], interpolated; of any length.
+    #[inline(always)]
+    pub(crate) fn direction<S: Simd>(
+        &self,
+        simd: S,
+        at: &CellPosition<S>,
+        normals: LaneSource<'_, u32>,
+    ) -> [S::f32s; 3] {
+        let [fx, fy, fz] = at.fraction;
+        let [nx, ny, _] = self.dimensions;
+        let (row, plane) = (nx, nx * ny);
+        let i = self.linear_index::<S>(at.cell);
+        let words =
+            normals.words(simd, i, [0, row, plane, plane + row, 1, row + 1, plane + 1, plane + row + 1]);
+        let mut out = [fx; 3];
+        for (component, out) in out.iter_mut().enumerate() {
+            let mut v = [fx; 8];
+            for (v, word) in v.iter_mut().zip(words) {
+                let bits = (word >> (10 * component as u32)) & 1023;
+                // An empty word has no direction: zero, not the far end.
+                let none = word.simd_eq(0);
+                *v = none.select(S::f32s::splat(simd, 0.0), to_float::<S>(bits) - normals::MIDDLE as f32);
+            }
+            let along = |k: usize| lerp::<S>(v[k], v[k + 4], fx);
+            let near = lerp::<S>(along(0), along(1), fy);
+            let far = lerp::<S>(along(2), along(3), fy);
+            *out = lerp::<S>(near, far, fz) * (1.0 / normals::SCALE);
+        }
+        out
+    }
+}
+
+/// Weights of the four voxels around a position along an axis: smoothed 1 2 1 and differences, at the two nearest voxels,
+/// interpolated.
+struct Taps<S: Simd> {
+    smooth: [S::f32s; 4],
+    difference: [S::f32s; 4],
+}
+
+#[inline(always)]
+fn taps<S: Simd>(f: S::f32s) -> Taps<S> {
+    let g = f * -1.0 + 1.0;
+    Taps {
+        smooth: [g * 0.25, (g * 2.0 + f) * 0.25, (f * 2.0 + g) * 0.25, f * 0.25],
+        difference: [g * -1.0, f * -1.0, g, f],
     }
 }
 

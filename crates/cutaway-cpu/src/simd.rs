@@ -187,6 +187,10 @@ impl PackedVoxel for f32 {
     const PER_WORD: usize = 1;
 }
 
+impl PackedVoxel for u32 {
+    const PER_WORD: usize = 1;
+}
+
 impl<T: PackedVoxel> LaneSource<'_, T> {
     /// The words that begin at element `i + offset` of each lane, for each of several offsets; the first element is lowest.
     ///

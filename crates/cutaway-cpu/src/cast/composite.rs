@@ -17,7 +17,7 @@ use crate::tiles::Tile;
 pub(super) struct Accumulated<S: Simd> {
     /// Premultiplied.
     color: [S::f32s; 3],
-    transmittance: S::f32s,
+    pub(super) transmittance: S::f32s,
     half: Half<S>,
 }
 
@@ -38,13 +38,31 @@ const CHECK_EVERY: u32 = 4;
 /// quarter of a visible sample and makes an invisible one several times dearer.
 const LONG_RUN: u32 = 4;
 
+/// How the samples of a stretch are taken.
+pub(super) trait StretchCaster {
+    /// By how many steps beyond its middle a step sees.
+    fn margin(&self) -> u32 {
+        0
+    }
+
+    /// Takes them; returns how many those are, and whether any ray is still open.
+    fn stretch<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        sum: &mut Accumulated<S>,
+        stretch: Stretch,
+        pieces: u8,
+    ) -> (u64, bool);
+}
+
 /// Casts the packets of a bundle and writes their pixels.
 #[inline(always)]
-pub(super) fn bundle<S: Simd, T: LaneVoxel>(
+pub(super) fn bundle<S: Simd>(
     simd: S,
     kernel: &Kernel,
     frame: &Frame,
-    grid: Grid<'_, T>,
+    caster: &impl StretchCaster,
     bundle: &mut Bundle<S, Accumulated<S>>,
     at: (u32, u32),
     tile: &mut Tile,
@@ -61,15 +79,10 @@ pub(super) fn bundle<S: Simd, T: LaneVoxel>(
         // Rays that miss the volume are closed from the start.
         member.sum.transmittance = member.packet.hits().select(one, zero);
     }
-    let caster = Caster {
-        kernel,
-        grid,
-        opacities: LaneSource::new(&kernel.classification.opacities),
-        colors: LaneSource::new(&kernel.classification.colors),
-    };
     let (mut samples, mut runs) = (0, 0);
     bundle.march(
         &kernel.classification.blocks,
+        caster.margin(),
         #[inline(always)]
         |packet, sum, stretch, pieces| {
             runs += 1;
@@ -81,20 +94,26 @@ pub(super) fn bundle<S: Simd, T: LaneVoxel>(
     tile.samples += samples;
     tile.runs += runs;
     for member in &bundle.members {
-        write(simd, frame, member, tile);
+        write(simd, member, tile);
     }
 }
 
-/// What every sample needs.
-struct Caster<'a, T> {
+/// Plain steps: the value in the middle stands for each.
+pub(super) struct Caster<'a, T> {
     kernel: &'a Kernel<'a>,
     grid: Grid<'a, T>,
     opacities: LaneSource<'a, f32>,
     colors: LaneSource<'a, [f32; 4]>,
 }
 
-impl<T: LaneVoxel> Caster<'_, T> {
-    /// Takes the samples of a stretch; returns how many those are, and whether any ray is still open.
+impl<'a, T: LaneVoxel> Caster<'a, T> {
+    pub(super) fn new(kernel: &'a Kernel<'a>, grid: Grid<'a, T>) -> Self {
+        let opacities = LaneSource::new(&kernel.classification.opacities);
+        Self { kernel, grid, opacities, colors: LaneSource::new(&kernel.classification.colors) }
+    }
+}
+
+impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
     #[inline(always)]
     fn stretch<S: Simd>(
         &self,
@@ -131,19 +150,37 @@ impl<T: LaneVoxel> Caster<'_, T> {
         let open = packet.not_ended(j) & local.transmittance.simd_ge(self.kernel.opaque_below);
         (samples, open.any_true())
     }
+}
 
-    #[inline(always)]
-    fn table_index<S: Simd>(&self, simd: S, value: S::f32s) -> S::u32s {
-        let (lo, scale) = self.kernel.classification.index_map;
-        let last = self.kernel.classification.opacities.len() as i32 - 1;
-        let index: S::i32s = ((value - lo) * scale + 0.5).to_int();
-        index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
+/// Adds a step of premultiplied colour and opacity that begins at `begin` and is `length` long, in steps.
+#[inline(always)]
+pub(super) fn composite<S: Simd>(
+    simd: S,
+    sum: &mut Accumulated<S>,
+    color: [S::f32s; 3],
+    alpha: S::f32s,
+    begin: S::f32s,
+    length: S::f32s,
+) {
+    let after = sum.transmittance - sum.transmittance * alpha;
+    let half = S::f32s::splat(simd, 0.5);
+    let passes_half = after.simd_le(half) & sum.transmittance.simd_gt(half);
+    if passes_half.any_true() {
+        let half = &mut sum.half;
+        half.before = passes_half.select(sum.transmittance, half.before);
+        half.after = passes_half.select(after, half.after);
+        half.begin = passes_half.select(begin, half.begin);
+        half.length = passes_half.select(length, half.length);
     }
+    for (sum_of, color) in sum.color.iter_mut().zip(color) {
+        *sum_of = sum.transmittance.mul_add(color, *sum_of);
+    }
+    sum.transmittance = after;
 }
 
 /// Colours under a light: times its factor, plus its white.
 #[inline(always)]
-fn lit_by<S: Simd>([r, g, b]: [S::f32s; 3], lit: Option<(S::f32s, S::f32s)>) -> [S::f32s; 3] {
+pub(super) fn lit_by<S: Simd>([r, g, b]: [S::f32s; 3], lit: Option<(S::f32s, S::f32s)>) -> [S::f32s; 3] {
     match lit {
         Some((factor, white)) => {
             [r.mul_add(factor, white), g.mul_add(factor, white), b.mul_add(factor, white)]
@@ -189,20 +226,8 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
                 alpha = shorter(simd, alpha, length);
             }
         }
-        let weight = sum.transmittance * alpha;
-        let after = sum.transmittance - weight;
-        let passes_half = after.simd_le(0.5) & sum.transmittance.simd_gt(0.5);
-        if passes_half.any_true() {
-            let half = &mut sum.half;
-            half.before = passes_half.select(sum.transmittance, half.before);
-            half.after = passes_half.select(after, half.after);
-            half.begin = passes_half.select(S::f32s::splat(simd, j as f32), half.begin);
-            half.length = passes_half.select(length, half.length);
-        }
-        for (sum, color) in sum.color.iter_mut().zip(color) {
-            *sum = weight.mul_add(color, *sum);
-        }
-        sum.transmittance = after;
+        let color = [color[0] * alpha, color[1] * alpha, color[2] * alpha];
+        composite(simd, sum, color, alpha, S::f32s::splat(simd, j as f32), length);
         taken
     }
 
@@ -217,7 +242,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         let at = grid.locate(simd, self.packet.position(middle));
         let mut index = at.index();
         if !(likely && self.light.is_some()) {
-            index = self.caster.table_index(simd, grid.value(simd, &at));
+            index = self.caster.kernel.classification.table_index(simd, grid.value(simd, &at));
             if !likely && !opacities.floats(simd, index).simd_gt(0.0).any_true() {
                 return None;
             }
@@ -225,7 +250,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         let mut lit = None;
         if let Some((shading, light)) = &self.light {
             let (value, gradient) = grid.value_and_gradient(simd, &at);
-            index = self.caster.table_index(simd, value);
+            index = self.caster.kernel.classification.table_index(simd, value);
             lit = Some(shading.terms(simd, light, gradient));
         }
         let [r, g, b, alpha] = colors.columns(simd, index);
@@ -235,7 +260,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
 
 /// Opacity of `length` steps (at most one) where that of a whole step is `alpha`: the last stretch of a ray is short.
 #[inline(always)]
-fn shorter<S: Simd>(simd: S, alpha: S::f32s, length: S::f32s) -> S::f32s {
+pub(super) fn shorter<S: Simd>(simd: S, alpha: S::f32s, length: S::f32s) -> S::f32s {
     let mut out = alpha;
     for l in 0..S::f32s::LEN {
         if length[l] < 1.0 {
@@ -249,7 +274,7 @@ fn shorter<S: Simd>(simd: S, alpha: S::f32s, length: S::f32s) -> S::f32s {
 }
 
 #[inline(always)]
-fn write<S: Simd>(simd: S, frame: &Frame, member: &Member<S, Accumulated<S>>, tile: &mut Tile) {
+fn write<S: Simd>(simd: S, member: &Member<S, Accumulated<S>>, tile: &mut Tile) {
     let Member { packet, sum, pixel, .. } = member;
     let alpha = S::f32s::splat(simd, 1.0) - sum.transmittance;
     let hits = packet.hits().to_bitmask();
@@ -262,7 +287,7 @@ fn write<S: Simd>(simd: S, frame: &Frame, member: &Member<S, Accumulated<S>>, ti
                 let (before, after) = (sum.half.before[l], sum.half.after[l].max(1e-30));
                 let share = (before * 2.0).ln() / (before / after).ln();
                 let j = sum.half.begin[l] + sum.half.length[l] * share;
-                tile.depths[pixel] = packet.t_origin[l] + j * frame.step_length as f32;
+                tile.depths[pixel] = packet.t_origin[l] + j * packet.world_step[l];
             }
         }
     }

@@ -6,9 +6,11 @@
 mod composite;
 mod isosurface;
 mod projection;
+mod refined;
 mod shading;
 
-use cutaway_core::scene::{Mode, Scene};
+use cutaway_core::scene::{Layout, Mode, Scene};
+use cutaway_core::volume::Voxels;
 use cutaway_core::with_voxels;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd};
@@ -21,6 +23,8 @@ use crate::renderer::CpuVolume;
 use crate::sample::{Grid, LaneVoxel};
 use crate::simd::{LaneWork, dispatch};
 use crate::tiles::{TILE, Tile};
+use composite::{Caster, StretchCaster};
+use refined::Refined;
 use shading::Shading;
 
 /// Everything that the kernels need of a scene.
@@ -32,6 +36,8 @@ pub(crate) struct Kernel<'a> {
     shading: Option<Shading>,
     /// Transmittance below which a ray ends.
     opaque_below: f32,
+    /// The voxels in bricks, where the scene asks for them.
+    bricks: Option<&'a Voxels>,
 }
 
 impl<'a> Kernel<'a> {
@@ -42,7 +48,11 @@ impl<'a> Kernel<'a> {
     ) -> Self {
         let shading = scene.is_shaded().then(|| Shading::new(scene));
         let opaque_below = (1.0 - scene.settings().early_termination) as f32;
-        Self { scene, volume, classification, shading, opaque_below }
+        let bricks = match scene.settings().layout {
+            Layout::Linear => None,
+            Layout::Bricks => volume.bricks(scene.volume()),
+        };
+        Self { scene, volume, classification, shading, opaque_below, bricks }
     }
 }
 
@@ -52,10 +62,16 @@ pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, x: u32, y: u32)
     if kernel.scene.settings().mode == Mode::Iso {
         isosurface::tile(kernel, frame, &mut tile);
     } else {
-        with_voxels!(frame.volume.voxels(), voxels => {
-            let grid = Grid::new(frame.volume, voxels);
-            dispatch(level, TileBundles { kernel, frame, grid, tile: &mut tile });
-        });
+        match kernel.bricks {
+            Some(bricks) => with_voxels!(bricks, voxels => {
+                let grid = Grid::bricked(frame.volume, voxels);
+                dispatch(level, TileBundles { kernel, frame, grid, tile: &mut tile });
+            }),
+            None => with_voxels!(frame.volume.voxels(), voxels => {
+                let grid = Grid::new(frame.volume, voxels);
+                dispatch(level, TileBundles { kernel, frame, grid, tile: &mut tile });
+            }),
+        }
     }
     tile
 }
@@ -76,21 +92,35 @@ impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
         let corners = (0..height)
             .step_by(BUNDLE as usize)
             .flat_map(|y| (0..width).step_by(BUNDLE as usize).map(move |x| (x, y)));
-        if kernel.scene.settings().mode == Mode::Composite {
-            let mut bundle = Bundle::<S, _>::new();
-            for (x, y) in corners {
-                let at = (tile.x + x, tile.y + y);
-                composite::bundle(simd, kernel, frame, grid, &mut bundle, at, tile);
-                count_rays(&bundle, tile);
-            }
-        } else {
+        if kernel.scene.settings().mode != Mode::Composite {
             let mut bundle = Bundle::<S, _>::new();
             for (x, y) in corners {
                 let at = (tile.x + x, tile.y + y);
                 projection::bundle(simd, kernel, frame, grid, &mut bundle, at, tile);
                 count_rays(&bundle, tile);
             }
+        } else if refined::wanted(kernel) {
+            composites(simd, kernel, frame, &Refined::new(kernel, grid), corners, tile);
+        } else {
+            composites(simd, kernel, frame, &Caster::new(kernel, grid), corners, tile);
         }
+    }
+}
+
+#[inline(always)]
+fn composites<S: Simd>(
+    simd: S,
+    kernel: &Kernel,
+    frame: &Frame,
+    caster: &impl StretchCaster,
+    corners: impl Iterator<Item = (u32, u32)>,
+    tile: &mut Tile,
+) {
+    let mut bundle = Bundle::new();
+    for (x, y) in corners {
+        let at = (tile.x + x, tile.y + y);
+        composite::bundle(simd, kernel, frame, caster, &mut bundle, at, tile);
+        count_rays(&bundle, tile);
     }
 }
 

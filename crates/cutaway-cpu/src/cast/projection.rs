@@ -59,7 +59,7 @@ fn write<S: Simd>(kernel: &Kernel, frame: &Frame, member: &Member<S, Projected<S
             let pixel = pixel_of_lane::<S>(tile, *pixel, l);
             tile.colors[pixel] = [r * a, g * a, b * a, a].map(|c| c as f32);
             if a > 0.0 {
-                tile.depths[pixel] = packet.t_origin[l] + sum.at[l] * frame.step_length as f32;
+                tile.depths[pixel] = packet.t_origin[l] + sum.at[l] * packet.world_step[l];
             }
         }
     }

@@ -66,11 +66,14 @@ impl Shading {
 
     #[inline(always)]
     pub(super) fn packet_light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> PacketLight<S> {
-        let [x, y, z] = packet.stride;
+        // Strides of the scene's steps, whatever steps this packet takes.
+        let scale = S::f32s::splat(simd, 1.0) / packet.opacity_scale;
+        let stride = [packet.stride[0] * scale, packet.stride[1] * scale, packet.stride[2] * scale];
+        let [x, y, z] = stride;
         // -Mᵀ v, for v is against the ray.
         let v = [x * self.along, y * self.along, z * self.along];
         let Some((l, product)) = self.fixed else { return PacketLight { l: v, h: v, headlight: true } };
-        let l_dot_v = dot_row::<S>(packet.stride, product) * -1.0;
+        let l_dot_v = dot_row::<S>(stride, product) * -1.0;
         let squared = l_dot_v * 2.0 + 2.0;
         let splat = |v: f32| S::f32s::splat(simd, v);
         // Light from exactly behind the surface has no half-way vector; the specular term is then that of the eye.
