@@ -59,6 +59,16 @@ impl Edges {
     }
 }
 
+/// Whether triangles make a closed surface, as they are wound.
+pub(crate) fn is_balanced(triangles: &[[u32; 3]]) -> bool {
+    Edges::new(triangles).iter().all(|uses| net(uses) == 0)
+}
+
+/// Whether some edge has one triangle, three, five, ...: no winding of them can close that.
+pub(crate) fn has_odd_edge(triangles: &[[u32; 3]]) -> bool {
+    Edges::new(triangles).iter().any(|uses| !uses.len().is_multiple_of(2))
+}
+
 /// How much more often an edge is used forward than backward.
 pub(crate) fn net(uses: &[EdgeUse]) -> i64 {
     uses.iter().map(|u| if u.forward() { 1 } else { -1 }).sum()

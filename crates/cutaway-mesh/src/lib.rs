@@ -9,11 +9,13 @@
 mod closed;
 mod edges;
 mod mesh;
+mod polygon;
 mod repair;
 mod sets;
 mod topology;
 
 pub use closed::{ClosedMesh, NotClosed};
 pub use mesh::{MeshError, TriangleMesh};
+pub use polygon::EarClipper;
 pub use repair::{RepairError, RepairNotice, RepairOptions, Repaired, repair};
 pub use topology::Topology;

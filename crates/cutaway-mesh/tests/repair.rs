@@ -57,7 +57,7 @@ fn zero_and_minus_zero_are_one_place() {
 }
 
 #[test]
-fn near_vertices_are_welded_within_the_tolerance_only() {
+fn near_vertices_of_the_boundary_are_welded_within_the_tolerance_only() {
     let mut soup = cube(2).unwelded();
     for (i, v) in soup.vertices.iter_mut().enumerate() {
         *v += Vec3::new(1.0, -1.0, 1.0) * 1e-5 * (i % 7) as f32;
@@ -67,6 +67,9 @@ fn near_vertices_are_welded_within_the_tolerance_only() {
     assert_eq!((topology.used_vertices, topology.triangles), (26, 48));
     assert!(matches!(loose.notices[..], [RepairNotice::Welded { vertices: 118, .. }]), "{:?}", loose.notices);
     assert!(repair(&soup.mesh(), &RepairOptions { weld_tolerance: 1e-9 }).is_err());
+    // What is closed is not touched, however coarse the tolerance.
+    let coarse = repair(&cube(20).mesh(), &RepairOptions { weld_tolerance: 0.1 }).unwrap();
+    assert_eq!((coarse.notices.len(), coarse.mesh.mesh()), (0, &cube(20).mesh()));
     for wrong in [-1.0, 0.2, f64::NAN, 1e-30, f64::INFINITY] {
         let error = repair(&soup.mesh(), &RepairOptions { weld_tolerance: wrong }).unwrap_err();
         assert!(matches!(error, RepairError::Tolerance { .. }), "{wrong}");
@@ -232,6 +235,21 @@ fn a_wall_between_touching_solids_goes() {
     ];
     assert_eq!(repaired.notices, expected);
     assert!(close(volume(&repaired), 2.0));
+}
+
+#[test]
+fn what_is_closed_is_not_opened_by_dropping_duplicates() {
+    // A cube that is there twice is one.
+    let soup = cube(2).with(&cube(2)).with(&cube(1).moved(Vec3::X * 3.0));
+    let repaired = mend(&soup).unwrap();
+    assert!(close(volume(&repaired), 2.0), "{:?}", repaired.notices);
+    // Two pairs of opposite triangles on one edge: with one of each the mesh would be open.
+    let mut soup = cube(1);
+    soup.vertices.extend([Vec3::splat(3.0), Vec3::splat(-3.0)]);
+    soup.triangles.extend([[0, 1, 8], [1, 0, 8], [0, 1, 9], [9, 1, 0]]);
+    let repaired = mend(&soup).unwrap();
+    assert_eq!(repaired.notices, [RepairNotice::WallsDropped { triangles: 4 }]);
+    assert_eq!(repaired.mesh.mesh(), &cube(1).mesh());
 }
 
 #[test]

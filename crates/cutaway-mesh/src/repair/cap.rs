@@ -3,14 +3,11 @@
 //! The boundary of a sum of triangles has no boundary itself: at every vertex as many boundary edges end as begin. So it
 //! falls apart into loops, whatever the mesh looks like, and a cap along each of them, run the other way, closes it.
 
-use cutaway_core::glam::{DVec2, DVec3, Vec3};
+use cutaway_core::glam::DVec3;
 
 use super::{RepairError, RepairNotice, Work};
 use crate::edges::{Edges, net};
-
-/// Corners that are held against candidates for ears, in all loops together, before the rest is capped with fans;
-/// under a second.
-const BUDGET: usize = 50_000_000;
+use crate::polygon::EarClipper;
 
 /// Caps every boundary loop. Edges of three triangles or more must be balanced already.
 pub(super) fn cap_loops(work: &mut Work) -> Result<(), RepairError> {
@@ -35,12 +32,12 @@ pub(super) fn cap_loops(work: &mut Work) -> Result<(), RepairError> {
     }
     let loops = simple_loops(boundary, work.vertices.len());
     let (before, count) = (work.triangles.len(), loops.len());
-    let (mut edges, mut longest, mut fans, mut budget) = (0, 0, 0, BUDGET);
+    let (mut edges, mut longest, mut fans, mut clipper) = (0, 0, 0, EarClipper::default());
     for mut hole in loops {
         edges += hole.len();
         longest = longest.max(hole.len());
         hole.reverse();
-        fans += usize::from(cap(work, hole, &mut budget)?);
+        fans += usize::from(cap(work, hole, &mut clipper)?);
     }
     let triangles = work.triangles.len() - before;
     work.notices.push(RepairNotice::Capped { loops: count, edges, longest, triangles, fans });
@@ -93,86 +90,16 @@ fn simple_loops(mut edges: Vec<[u32; 2]>, vertices: usize) -> Vec<Vec<u32>> {
 }
 
 /// Fills a loop with triangles that run along it in its direction; true where it took a fan.
-fn cap(work: &mut Work, mut polygon: Vec<u32>, budget: &mut usize) -> Result<bool, RepairError> {
-    if let Some(mut flat) = flattened(&polygon, &work.vertices) {
-        clip_ears(&mut polygon, &mut flat, &mut work.triangles, budget);
-    }
-    if let [a, b, c] = polygon[..] {
-        work.triangles.push([a, b, c]);
+fn cap(work: &mut Work, polygon: Vec<u32>, clipper: &mut EarClipper) -> Result<bool, RepairError> {
+    let rest = clipper.clip(polygon, &work.vertices, &mut work.triangles);
+    if rest.is_empty() {
         return Ok(false);
     }
-    let sum: DVec3 = polygon.iter().map(|&v| work.vertices[v as usize].as_dvec3()).sum();
+    let sum: DVec3 = rest.iter().map(|&v| work.vertices[v as usize].as_dvec3()).sum();
     let middle = u32::try_from(work.vertices.len()).ok().filter(|v| *v < u32::MAX);
     let middle = middle.ok_or(RepairError::TooManyVertices)?;
-    work.vertices.push((sum / polygon.len() as f64).as_vec3());
-    let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    work.vertices.push((sum / rest.len() as f64).as_vec3());
+    let ends = rest.iter().zip(rest.iter().cycle().skip(1));
     work.triangles.extend(ends.map(|(&a, &b)| [a, b, middle]));
     Ok(true)
-}
-
-/// The loop in the plane that fits it best (Newell's normal), counter-clockwise, scaled to about 1.
-fn flattened(polygon: &[u32], vertices: &[Vec3]) -> Option<Vec<DVec2>> {
-    let origin = vertices[polygon[0] as usize].as_dvec3();
-    let at = |v: u32| vertices[v as usize].as_dvec3() - origin;
-    let size = polygon.iter().map(|&v| at(v).abs().max_element()).fold(0.0, f64::max);
-    let at = |v: u32| at(v) / size;
-    let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let normal: DVec3 = ends.map(|(&a, &b)| at(a).cross(at(b))).sum();
-    let normal = normal.try_normalize()?;
-    let (x, y) = normal.any_orthonormal_pair();
-    // glam does not say which way round the pair is.
-    let y = if x.cross(y).dot(normal) < 0.0 { -y } else { y };
-    Some(polygon.iter().map(|&v| DVec2::new(at(v).dot(x), at(v).dot(y))).collect())
-}
-
-/// Cuts ears off until a triangle is left, or no ear is found, or the budget is used up.
-fn clip_ears(
-    polygon: &mut Vec<u32>,
-    flat: &mut Vec<DVec2>,
-    triangles: &mut Vec<[u32; 3]>,
-    budget: &mut usize,
-) {
-    while polygon.len() > 3 && *budget > 0 {
-        // One round: neighbours of a cut ear wait for the next one, or all would be cut into slivers from one corner.
-        let n = polygon.len();
-        let mut keep = vec![true; n];
-        let (mut last, mut left) = (n - 1, n);
-        let mut i = 0;
-        while i < n && left > 3 && *budget > 0 {
-            let next = (i + 1) % n;
-            let fresh = keep[last] && keep[next];
-            if fresh && is_ear(flat, &keep, [last, i, next], budget) {
-                triangles.push([polygon[last], polygon[i], polygon[next]]);
-                keep[i] = false;
-                left -= 1;
-                // The next vertex is the ear's neighbour.
-                last = next;
-                i += 2;
-            } else {
-                last = i;
-                i += 1;
-            }
-        }
-        if left == n {
-            return;
-        }
-        let mut kept = keep.iter();
-        polygon.retain(|_| kept.next().is_some_and(|keep| *keep));
-        let mut kept = keep.iter();
-        flat.retain(|_| kept.next().is_some_and(|keep| *keep));
-    }
-}
-
-/// Whether the corner in the middle is convex and no other vertex that is left lies in its triangle or on its edge.
-fn is_ear(flat: &[DVec2], keep: &[bool], [last, i, next]: [usize; 3], budget: &mut usize) -> bool {
-    let [a, b, c] = [flat[last], flat[i], flat[next]];
-    let side = |a: DVec2, b: DVec2, p: DVec2| (b - a).perp_dot(p - a);
-    // Flatter than this the corner is straight, as far as rounding can tell.
-    const STRAIGHT: f64 = 1e-12;
-    if side(a, b, c) <= STRAIGHT * (b - a).length() * (c - b).length() {
-        return false;
-    }
-    *budget = budget.saturating_sub(flat.len());
-    let others = (0..flat.len()).filter(|j| keep[*j] && ![last, i, next].contains(j));
-    !others.map(|j| flat[j]).any(|p| side(a, b, p) >= 0.0 && side(b, c, p) >= 0.0 && side(c, a, p) >= 0.0)
 }

@@ -43,6 +43,21 @@ pub(super) fn drop_duplicates(work: &mut Work) {
     }
 }
 
+/// Drops triangles that are there once in each direction, pair by pair: whatever is closed stays closed.
+pub(super) fn cancel_opposites(work: &mut Work) {
+    let mut order: Vec<([u32; 3], bool, usize)> =
+        work.triangles.iter().enumerate().map(|(i, t)| sorted(*t, i)).collect();
+    order.sort_unstable();
+    let mut keep = vec![true; work.triangles.len()];
+    for same in order.chunk_by(|a, b| a.0 == b.0) {
+        let odd = same.partition_point(|(_, even, _)| !even);
+        let pairs = odd.min(same.len() - odd);
+        same[..pairs].iter().chain(&same[odd..odd + pairs]).for_each(|(_, _, i)| keep[*i] = false);
+    }
+    let triangles = work.retain(&keep);
+    work.notice_if(triangles > 0, RepairNotice::WallsDropped { triangles });
+}
+
 /// A triangle's corners in ascending order, and whether that is an even permutation of them.
 fn sorted([a, b, c]: [u32; 3], triangle: usize) -> ([u32; 3], bool, usize) {
     let mut corners = [a, b, c];

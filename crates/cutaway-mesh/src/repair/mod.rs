@@ -3,10 +3,11 @@
 //! What enters: any [`TriangleMesh`]. What leaves: a [`ClosedMesh`] and one notice for everything that was changed, or
 //! an error with the counts of what stands in the way. In this order:
 //!
-//! 1. **Weld** vertices at one place (exactly, or within a tolerance): files without connectivity, and files that
-//!    split vertices for the sake of normals and texture coordinates, need it.
+//! 1. **Weld** vertices at exactly one place, for files that split vertices for the sake of normals and texture
+//!    coordinates; then those on the boundary that are within a tolerance of one another, for files without connectivity
+//!    whose coordinates were rounded.
 //! 2. **Drop** triangles with a repeated corner; all but one of the triangles with the same three corners; walls (see
-//!    `clean`), and fins without area.
+//!    `clean`), and fins without area. Where that would open what is closed, drop only what cancels.
 //! 3. **Rewind** each patch (triangles joined by edges of exactly two) so that its windings are consistent, turning as
 //!    few triangles as possible. One-sided patches are refused.
 //! 4. **Cap** boundary loops: ears clipped in the loop's plane, or a fan around its centre where that does not work.
@@ -32,14 +33,23 @@ use cutaway_core::glam::Vec3;
 pub use notice::{RepairError, RepairNotice};
 
 use crate::closed::ClosedMesh;
+use crate::edges::{has_odd_edge, is_balanced};
 use crate::mesh::TriangleMesh;
 
 /// How to repair.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepairOptions {
-    /// Vertices at most this far apart are welded, as a share of the diagonal of the bounds: 0 (the default) welds
-    /// only what is at exactly the same place; else within 1e-9 to 0.1.
+    /// Vertices on the boundary that are at most this far apart are welded, as a share of the diagonal of the bounds: 0
+    /// for none but those at exactly the same place, or 1e-9 to 0.1.
     pub weld_tolerance: f64,
+}
+
+impl Default for RepairOptions {
+    /// A millionth: some ten times the resolution of coordinates, where programs that write triangles without
+    /// sharing vertices differ.
+    fn default() -> Self {
+        Self { weld_tolerance: 1e-6 }
+    }
 }
 
 /// A closed mesh and how it came to be closed.
@@ -76,8 +86,7 @@ pub fn repair(mesh: &TriangleMesh, options: &RepairOptions) -> Result<Repaired, 
     let mut work = Work { vertices: vec![], triangles: mesh.triangles().to_vec(), notices: vec![] };
     weld::weld(&mut work, mesh, tolerance);
     clean::drop_repeated_corners(&mut work);
-    clean::drop_duplicates(&mut work);
-    clean::drop_fins(&mut work);
+    work.clean();
     if work.triangles.is_empty() {
         return Err(RepairError::NothingLeft { found });
     }
@@ -90,6 +99,19 @@ pub fn repair(mesh: &TriangleMesh, options: &RepairOptions) -> Result<Repaired, 
 }
 
 impl Work {
+    /// Drops what is no part of a surface. Where that would open what is closed, only what cancels goes.
+    fn clean(&mut self) {
+        let (triangles, notices) = (self.triangles.clone(), self.notices.len());
+        clean::drop_duplicates(self);
+        clean::drop_fins(self);
+        let changed = self.triangles.len() < triangles.len();
+        if changed && has_odd_edge(&self.triangles) && is_balanced(&triangles) {
+            self.triangles = triangles;
+            self.notices.truncate(notices);
+            clean::cancel_opposites(self);
+        }
+    }
+
     fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|v| self.vertices[v as usize])
     }

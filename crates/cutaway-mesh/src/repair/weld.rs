@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use cutaway_core::glam::{DVec3, Vec3};
 
 use super::{RepairNotice, Work};
+use crate::edges::Edges;
 use crate::mesh::TriangleMesh;
 
 /// Fills in the vertices of `work` and renumbers its triangles.
@@ -13,21 +14,53 @@ pub(super) fn weld(work: &mut Work, mesh: &TriangleMesh, tolerance: f64) {
     let mut welded = mesh.vertices().len() - vertices.len();
     work.triangles.iter_mut().flatten().for_each(|v| *v = number[*v as usize]);
     work.vertices = vertices;
-    let diagonal = mesh.bounds().map_or(0.0, |[low, high]| low.as_dvec3().distance(high.as_dvec3()));
-    let within = tolerance * diagonal;
-    if within > 0.0 {
-        let before = work.vertices.len();
-        let low = mesh.bounds().map_or(DVec3::ZERO, |[low, _]| low.as_dvec3());
-        let (vertices, number) = weld_within(&work.vertices, low, within);
-        work.triangles.iter_mut().flatten().for_each(|v| *v = number[*v as usize]);
-        work.vertices = vertices;
-        welded += before - work.vertices.len();
-    }
+    let within = if tolerance > 0.0 { weld_boundary(work, tolerance, &mut welded) } else { 0.0 };
     work.notice_if(welded > 0, RepairNotice::Welded { vertices: welded, within });
 }
 
+/// Welds vertices on the boundary to one another, and gives the distance back where that changed anything. What is closed
+/// already keeps its finest details.
+fn weld_boundary(work: &mut Work, tolerance: f64, welded: &mut usize) -> f64 {
+    let mut open: Vec<u32> = Vec::new();
+    for uses in Edges::new(&work.triangles).iter() {
+        if let [one] = uses {
+            open.extend(one.directed());
+        }
+    }
+    open.sort_unstable();
+    open.dedup();
+    let places: Vec<Vec3> = open.iter().map(|v| work.vertices[*v as usize]).collect();
+    let bounds = |vertices: &[Vec3]| {
+        let first = vertices.first()?;
+        Some(vertices.iter().fold([*first; 2], |[low, high], v| [low.min(*v), high.max(*v)]))
+    };
+    let (Some([low, high]), Some([open_low, _])) = (bounds(&work.vertices), bounds(&places)) else {
+        return 0.0;
+    };
+    let within = tolerance * low.as_dvec3().distance(high.as_dvec3());
+    if within == 0.0 {
+        return 0.0;
+    }
+    let (kept, number) = weld_within(&places, open_low.as_dvec3(), within);
+    if kept.len() == places.len() {
+        return 0.0;
+    }
+    *welded += places.len() - kept.len();
+    // Each takes the vertex of the first one at its place.
+    let mut first = vec![u32::MAX; kept.len()];
+    let mut to: Vec<u32> = (0..work.vertices.len() as u32).collect();
+    for (&vertex, &place) in open.iter().zip(&number) {
+        if first[place as usize] == u32::MAX {
+            first[place as usize] = vertex;
+        }
+        to[vertex as usize] = first[place as usize];
+    }
+    work.triangles.iter_mut().flatten().for_each(|v| *v = to[*v as usize]);
+    within
+}
+
 /// The different places, in order of appearance, and for every vertex the number of its place.
-pub(crate) fn weld_exactly(vertices: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
+fn weld_exactly(vertices: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
     // Adding 0 turns -0 into 0, which is the same place.
     let mut order: Vec<([u32; 3], u32)> =
         vertices.iter().zip(0..).map(|(v, i)| (v.to_array().map(|c| (c + 0.0).to_bits()), i)).collect();
