@@ -35,7 +35,7 @@ fn info_counts_and_says_what_repair_would_do() {
         "bounds       0 to 1, 0 to 1, 0 to 1",
         "winding      inward",
         "shells       1 (Euler number 1)",
-        "boundary     4 edges in 1 loops",
+        "boundary     4 edges in 1 loop",
         "closed       no",
         "repair       1 hole of 4 edges capped with 2 triangles",
         "             1 shell of 12 triangles wound inward, turned outward",

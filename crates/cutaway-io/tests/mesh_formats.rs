@@ -91,7 +91,7 @@ fn a_point_cloud_is_a_mesh_without_triangles() {
         (loaded.value.vertices(), loaded.value.triangles().len()),
         (&[Vec3::new(1.0, 2.0, 3.0)][..], 0)
     );
-    assert_eq!(loaded.notices, ["the file has no faces, only 1 vertices"]);
+    assert_eq!(loaded.notices, ["the file has no faces (vertices: 1)"]);
 }
 
 #[test]

@@ -66,6 +66,7 @@ fn nothing_is_allocated_for_data_that_are_not_there() {
         assert!(used < ALLOWED, "liar {i} ({name}) took {used} bytes: {error}");
     }
     bombs_stop_at_the_limit();
+    long_faces_stop_at_the_limit();
     repairs_take_little_more_than_the_mesh();
 }
 
@@ -76,6 +77,21 @@ fn bombs_stop_at_the_limit() {
     PEAK.reset_peak_usage();
     let before = PEAK.current_usage();
     let error = read_mesh_bytes("a.glb", &bomb, &MemoryFolder::new(), &options).unwrap_err().to_string();
+    assert!(error.contains("limit"), "{error}");
+    assert!(PEAK.peak_usage() - before < ALLOWED, "{}", PEAK.peak_usage() - before);
+}
+
+/// 64 MiB of zeros that are one face.
+fn long_faces_stop_at_the_limit() {
+    let mut count = (64u32 << 20).to_le_bytes().to_vec();
+    let header = ply("binary_little_endian", 1, 1, &[0; 12]);
+    let header = String::from_utf8(header).unwrap().replace("list uint int", "list uint uchar").into_bytes();
+    count.resize(count.len() + (64 << 20), 0);
+    let bomb = gzip(&[header, count].concat());
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 } };
+    PEAK.reset_peak_usage();
+    let before = PEAK.current_usage();
+    let error = read_mesh_bytes("a.ply", &bomb, &MemoryFolder::new(), &options).unwrap_err().to_string();
     assert!(error.contains("limit"), "{error}");
     assert!(PEAK.peak_usage() - before < ALLOWED, "{}", PEAK.peak_usage() - before);
 }

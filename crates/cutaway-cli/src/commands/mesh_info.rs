@@ -144,9 +144,9 @@ fn text(info: &MeshInfo) -> String {
         ("volume", shown(info.volume) + if info.closed { "" } else { " (of a surface that is not closed)" }),
         ("winding", info.winding.to_owned()),
         ("shells", format!("{} (Euler number {})", info.shells, info.euler)),
-        ("boundary", format!("{} edges in {} loops", info.boundary_edges, info.boundary_loops)),
-        ("non-manifold", format!("{} edges", info.non_manifold_edges)),
-        ("inconsistent", format!("{} edges", info.inconsistent_edges)),
+        ("boundary", many(info.boundary_edges, "edge") + " in " + &many(info.boundary_loops, "loop")),
+        ("non-manifold", many(info.non_manifold_edges, "edge")),
+        ("inconsistent", many(info.inconsistent_edges, "edge")),
         ("closed", closed.to_owned()),
     ]);
     match (&info.repair.refused, info.repair.changes.as_slice()) {
@@ -166,4 +166,8 @@ fn text(info: &MeshInfo) -> String {
     }
     lines.extend(info.notices.iter().map(|notice| ("note", notice.clone())));
     lines.iter().map(|(label, value)| format!("{label:12} {}\n", value.trim_end())).collect()
+}
+
+fn many(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }

@@ -112,7 +112,7 @@ fn read_source(
     }?;
     let mut notices = input.into_notices();
     if mesh.triangles().is_empty() {
-        notices.push(format!("the file has no faces, only {} vertices", mesh.vertices().len()));
+        notices.push(format!("the file has no faces (vertices: {})", mesh.vertices().len()));
     }
     Ok(Loaded { value: mesh, notices })
 }

@@ -41,7 +41,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                 let vertex = Vec3::new(coordinate()?, coordinate()?, coordinate()?);
                 builder.vertex(input, vertex)?;
             }
-            Some(b"f" | b"fo") => {
+            Some(b"f") => {
                 face.clear();
                 // What follows is a comment.
                 for word in words.take_while(|word| !word.starts_with(b"#")) {

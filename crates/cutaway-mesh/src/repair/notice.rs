@@ -95,7 +95,7 @@ impl fmt::Display for RepairNotice {
                 write!(f, "{} dropped", many(triangles, "duplicate triangle"))
             }
             Self::WallsDropped { triangles } => {
-                write!(f, "{} of walls between touching solids dropped", many(triangles, "triangle"))
+                write!(f, "{} of walls, there once in each direction, dropped", many(triangles, "triangle"))
             }
             Self::Rewound { triangles, patches } => {
                 let (triangles, patches) = (many(triangles, "triangle"), many(patches, "patch"));

@@ -102,6 +102,7 @@ fn read_lists(
             match property {
                 Property::List { count, item, .. } if i == indices => {
                     let count = values.count(input, *count, *item)?;
+                    input.check_size(0, count)?;
                     list.clear();
                     for _ in 0..count {
                         list.push(values.whole(input, *item)?);

@@ -2,7 +2,7 @@
 
     python3 mesh_counts.py FOLDER > ../meshes.json
 
-Vertices at the same place are merged (for STL before counting, for the others only for `welded_boundary`).
+Vertices of STL at the same place are merged before anything is counted.
 """
 
 import gzip
@@ -131,10 +131,6 @@ def golden(name, vertices, faces):
             + a[1] * (b[2] * c[0] - b[0] * c[2])
             + a[2] * (b[0] * c[1] - b[1] * c[0])
         ) / 6
-    places, welded = {}, []
-    for t in triangles:
-        welded.append([places.setdefault(vertices[v], len(places)) for v in t])
-    welded = boundary([t for t in welded if len(set(t)) == 3])
     return {
         "file": name,
         "vertices": len(vertices),
@@ -145,7 +141,6 @@ def golden(name, vertices, faces):
         "euler": len(used) - len(uses) + len(whole),
         "boundary_edges": sum(n == 1 for n in uses.values()),
         "non_manifold_edges": sum(n > 2 for n in uses.values()),
-        "welded_boundary_edges": sum(n == 1 for n in welded.values()),
     }
 
 
