@@ -3,9 +3,8 @@
 use crate::mesh::TriangleMesh;
 use crate::topology::Topology;
 
-/// A triangle mesh that is closed and encloses a volume: every edge is used as often in one direction as in the other,
-/// and the signed volume is positive, so that the winding number of every point off the surface is defined and
-/// what it is not zero for is the inside.
+/// A triangle mesh that is closed, its outermost shells wound outward: every edge is used as often in one direction as
+/// in the other, so that the winding number of every point off the surface is defined. Where it is not zero is the inside.
 ///
 /// Made by [`repair`](crate::repair()) from anything that can be closed, or by [`ClosedMesh::new`] from what is.
 #[derive(Clone, Debug, PartialEq)]
