@@ -3,7 +3,9 @@
 #![allow(dead_code, reason = "each target uses one of the functions")]
 
 use cutaway_io::limits::Limits;
+use cutaway_io::mesh::{MeshReadOptions, read_mesh_bytes};
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
+use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
 
 /// NIfTI: the input is a `.nii` file, compressed or not; a `.hdr` finds voxels beside it.
 pub(crate) fn nifti(data: &[u8]) {
@@ -30,6 +32,33 @@ pub(crate) fn raw(data: &[u8]) {
         folder.insert(name.replace(".raw", ".json"), json.to_vec());
     }
     read(&name, voxels, &folder);
+}
+
+/// Meshes: the input is a file of any format, which a name may decide; `buffer` is there to be named by glTF. What is
+/// read is repaired.
+pub(crate) fn mesh(data: &[u8]) {
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 } };
+    for name in ["a.ply", "a.stl", "a.obj", "a.gltf"] {
+        match read_mesh_bytes(name, data, &voxels("buffer"), &options) {
+            Ok(loaded) => {
+                loaded.notices.iter().for_each(|notice| assert_one_line(notice));
+                mend(&loaded.value);
+            }
+            Err(error) => assert_one_line(&error.to_string()),
+        }
+    }
+}
+
+fn mend(mesh: &TriangleMesh) {
+    for weld_tolerance in [0.0, 1e-3] {
+        match repair(mesh, &RepairOptions { weld_tolerance }) {
+            Ok(repaired) => {
+                assert!(Topology::new(repaired.mesh.mesh()).is_closed());
+                repaired.notices.iter().for_each(|notice| assert_one_line(&notice.to_string()));
+            }
+            Err(error) => assert_one_line(&error.to_string()),
+        }
+    }
 }
 
 fn split(data: &[u8], separator: u8) -> (&[u8], &[u8]) {

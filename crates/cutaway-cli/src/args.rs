@@ -16,6 +16,7 @@ Examples:
   cutaway render scan.nii.gz --preset CT-Bone --azimuth 30 -o bone.png
   cutaway render engine_256x256x128_uint8.raw --mode iso --iso 100 -o engine.png
   cutaway info scan.nrrd
+  cutaway convert part.glb part.stl --repair
   cutaway compare a.png b.png
 
 `cutaway help render` explains every option of `render`.";
@@ -32,8 +33,10 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a volume to an image
     Render(Box<RenderArgs>),
-    /// Say what a volume file is: size, type, spacing, place, orientation, values
+    /// Say what a volume or mesh file is: sizes, types, place, values; whether a surface is closed
     Info(InfoArgs),
+    /// Convert a mesh to another format, and close it on the way
+    Convert(ConvertArgs),
     /// Say how far two images are apart
     Compare(CompareArgs),
     /// List presets, colour maps and samples
@@ -282,15 +285,54 @@ pub(crate) struct CameraArgs {
     pub(crate) zoom: Option<f64>,
 }
 
+const INFO_HELP: &str = "\
+Examples:
+  cutaway info scan.nii.gz
+      size, type, spacing, place and values of a volume
+  cutaway info engine.raw --dims 256,256,128 --type uint8 --json
+      raw data, as JSON
+  cutaway info bunny.ply
+      counts of a mesh, whether its surface is closed, and what closing it would take";
+
 #[derive(Debug, Args)]
+#[command(after_help = INFO_HELP)]
 pub(crate) struct InfoArgs {
-    /// Volume file, or `sample:NAME`
+    /// Volume file, `sample:NAME`, or mesh file (.ply, .stl, .obj, .gltf, .glb)
     pub(crate) file: OsString,
     #[command(flatten)]
     pub(crate) raw: RawArgs,
     /// As JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+const CONVERT_HELP: &str = "\
+Examples:
+  cutaway convert part.glb part.ply
+      another format; the extension of OUT says which
+  cutaway convert scan.stl.gz closed.obj --repair
+      closed: holes capped, windings outward, duplicates and degenerate triangles dropped
+  cutaway convert rough.stl closed.stl --repair --weld-tolerance 1e-4
+      vertices on the boundary up to 1/10000 of the size apart are welded before";
+
+#[derive(Debug, Args)]
+#[command(after_help = CONVERT_HELP)]
+pub(crate) struct ConvertArgs {
+    /// Mesh file: .ply, .stl, .obj, .gltf or .glb, gzip-compressed or not
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// Mesh file to write: .ply, .stl or .obj
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Write a closed surface, or nothing where the mesh cannot be closed
+    #[arg(long)]
+    pub(crate) repair: bool,
+    /// How far apart vertices on the boundary are welded, as a share of the mesh's size; 0 for the same place only [1e-6]
+    #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true, requires = "repair")]
+    pub(crate) weld_tolerance: Option<f64>,
+    /// No notices
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
 }
 
 #[derive(Debug, Args)]

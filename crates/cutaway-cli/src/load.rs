@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use cutaway_core::scene::{RawVolumeSource, VolumeSource};
 use cutaway_core::volume::{Volume, VoxelType};
+use cutaway_io::mesh::recognize;
 use cutaway_io::samples::{self, SampleError, read_sample};
 use cutaway_io::volume::{Loaded, RawOptions, ReadError, ReadOptions, read_volume};
 
@@ -118,8 +119,8 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
     let file = path.display();
     let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "ply" | "stl" | "obj" | "off" | "glb" | "gltf" => {
-            anyhow!("{file}: this is a mesh; meshes do not exist in this version of cutaway, give a volume")
+        "ply" | "stl" | "obj" | "glb" | "gltf" => {
+            anyhow!("{file}: this is a mesh, not a volume; `cutaway info` and `cutaway convert` read meshes")
         }
         "json" => match json_kind(path) {
             Some(Json::Scene) => {
@@ -139,6 +140,15 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
         }
         _ => error.into(),
     }
+}
+
+/// Whether an argument names a mesh file. What is described as raw data is none.
+pub(crate) fn is_mesh(name: &OsStr, raw: &RawArgs) -> bool {
+    let RawArgs { dims, voxel_type, spacing, big_endian, header_bytes, volume_index } = raw;
+    let described = dims.is_some() || voxel_type.is_some() || spacing.is_some() || *big_endian;
+    let described = described || header_bytes.is_some() || volume_index.is_some();
+    let sample = name.to_str().is_some_and(|name| name.starts_with("sample:"));
+    !described && !sample && recognize(Path::new(name)).is_some()
 }
 
 enum Json {

@@ -36,6 +36,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Render(args) => commands::render::run(&args)?,
         Command::Info(args) => commands::info::run(&args)?,
+        Command::Convert(args) => commands::convert::run(&args)?,
         Command::Compare(args) => return commands::compare::run(&args),
         Command::Presets(args) => commands::presets::run(&args)?,
         Command::Schema => commands::schema::run()?,

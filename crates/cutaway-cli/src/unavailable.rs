@@ -33,7 +33,7 @@ const OPTIONS: &[&str] = &[
 ];
 
 /// Commands that the interface names and later versions will have.
-const COMMANDS: &[&str] = &["view", "convert"];
+const COMMANDS: &[&str] = &["view"];
 
 /// Prints what is wrong with a command line; 0 for `--help` and `--version`, 2 otherwise.
 pub(crate) fn explain(error: &clap::Error) -> ExitCode {

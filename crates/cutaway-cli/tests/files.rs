@@ -27,13 +27,6 @@ fn what_cannot_be_read_is_said_by_file() {
         ("junk.nrrd", b"\x1b[31mred\nalert", &["magic"]),
         ("a.dcm", b"", &["DICOM is not supported"]),
         ("a.tif", b"II*\0", &["TIFF is not supported"]),
-        (
-            "mesh.ply",
-            b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n",
-            &["a mesh", "do not exist", "volume"],
-        ),
-        ("mesh.stl", b"solid x\nendsolid x\n", &["a mesh"]),
-        ("mesh.obj", b"v 0 0 0\n", &["a mesh"]),
         ("picture.png", b"\x89PNG\r\n\x1a\n", &["an image", "cutaway compare"]),
         ("scene.json", br#"{"volume": "x.nrrd", "what": 1}"#, &["a scene file", "--scene scene.json"]),
         ("tf.json", br#"{"points": []}"#, &["a transfer function", "--transfer-function"]),

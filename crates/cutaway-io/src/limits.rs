@@ -3,8 +3,9 @@
 /// Bounds that readers hold a file's claims against before they allocate anything.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Largest volume, in bytes as decoded from the file (voxels times the size of the file's scalar type). Turning
-    /// them into a [`Volume`](cutaway_core::volume::Volume) may take about as much again for a moment.
+    /// Largest volume or mesh, in bytes as decoded from the file: voxels times the size of the file's scalar type, or 12
+    /// bytes a vertex and a triangle. Turning them into a [`Volume`](cutaway_core::volume::Volume) or a
+    /// [`TriangleMesh`](cutaway_mesh::TriangleMesh) may take about as much again for a moment.
     pub max_bytes: u64,
 }
 

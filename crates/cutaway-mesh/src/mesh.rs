@@ -16,6 +16,12 @@ pub enum MeshError {
         /// How many there are.
         vertices: usize,
     },
+    /// More vertices than can be numbered.
+    #[error("the mesh has {found} vertices, more than {}; simplify it", u32::MAX)]
+    TooManyVertices {
+        /// How many.
+        found: usize,
+    },
     /// A coordinate that is NaN or infinite.
     #[error("vertex {vertex} is {found:?}; coordinates must be finite")]
     NotFinite {
@@ -37,6 +43,9 @@ pub struct TriangleMesh {
 impl TriangleMesh {
     /// Checks and takes over. Triangles are counter-clockwise seen from outside.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
+        if vertices.len() > u32::MAX as usize {
+            return Err(MeshError::TooManyVertices { found: vertices.len() });
+        }
         if let Some(vertex) = vertices.iter().position(|v| !v.is_finite()) {
             return Err(MeshError::NotFinite { vertex, found: vertices[vertex].to_array() });
         }
@@ -48,6 +57,12 @@ impl TriangleMesh {
         Ok(Self { vertices, triangles })
     }
 
+    /// Takes over what is known to be sound.
+    pub(crate) fn from_checked(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Self {
+        debug_assert!(Self::new(vertices.clone(), triangles.clone()).is_ok());
+        Self { vertices, triangles }
+    }
+
     /// Corner positions.
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
@@ -56,6 +71,18 @@ impl TriangleMesh {
     /// Three vertices each, counter-clockwise seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Vertices and triangles, to do something else with.
+    pub fn into_parts(self) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        (self.vertices, self.triangles)
+    }
+
+    /// The lowest and the highest coordinates of vertices that triangles use; `None` without triangles.
+    pub fn bounds(&self) -> Option<[Vec3; 2]> {
+        let mut used = self.triangles.iter().flatten().map(|&v| self.vertices[v as usize]);
+        let first = used.next()?;
+        Some(used.fold([first; 2], |[low, high], v| [low.min(v), high.max(v)]))
     }
 
     /// The corners of a triangle.

@@ -3,7 +3,9 @@
 pub(crate) mod bench;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod convert;
 pub(crate) mod info;
+mod mesh_info;
 pub(crate) mod presets;
 pub(crate) mod render;
 pub(crate) mod schema;

@@ -50,7 +50,7 @@ pub(crate) fn open<'f>(
 }
 
 /// The name with `/` between its parts and no `.` among them, or what is wrong with it.
-fn plain_name(name: &str) -> Result<String, &'static str> {
+pub(crate) fn plain_name(name: &str) -> Result<String, &'static str> {
     if name.contains('\0') {
         return Err("contains a zero byte");
     }

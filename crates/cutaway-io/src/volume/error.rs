@@ -210,7 +210,8 @@ pub enum ReadError {
 pub(crate) const TUPLE_HINT: &str =
     "choose one component with the volume index or convert the file to one with a single number a voxel";
 
-fn hinted(hint: &str) -> String {
+/// A hint as a message ends with it.
+pub(crate) fn hinted(hint: &str) -> String {
     if hint.is_empty() { String::new() } else { format!("; {hint}") }
 }
 

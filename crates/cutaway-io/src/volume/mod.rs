@@ -21,7 +21,7 @@
 
 mod ascii;
 mod detached;
-mod error;
+pub(crate) mod error;
 mod fields;
 mod format;
 mod layout;
@@ -30,12 +30,13 @@ mod nifti;
 mod nrrd;
 mod payload;
 mod raw;
-mod source;
+pub(crate) mod source;
 
 use std::path::Path;
 
 use cutaway_core::volume::{Endian, Geometry, Rescale, Volume, VoxelType};
 
+pub(crate) use detached::plain_name;
 pub use error::{Place, ReadError};
 pub use raw::RawOptions;
 pub use source::{DiskFolder, Folder, MemoryFolder, OpenError, ReadSeek, Source};
@@ -82,6 +83,15 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Loaded<Volume>,
     let folder = folder.map_err(|error| failed(error, "its folder cannot be opened"))?;
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     read_source(&file, &name, source, &folder, options)
+}
+
+/// Whether the file at `path` is of a format of volumes, damaged or not; false where it cannot be opened.
+pub fn recognize(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let head = source::open_file(path).and_then(|mut source| source.head(format::HEAD));
+    head.is_ok_and(|(head, inside)| {
+        format::detect("", &name, &head, inside.as_deref(), &ReadOptions::default()).is_ok()
+    })
 }
 
 /// Reads a volume from a file in memory, without a file system.

@@ -1,0 +1,50 @@
+//! `cutaway convert`: a mesh in another format, closed or as it is.
+
+use anyhow::Context;
+use cutaway_io::mesh::{MeshFormat, MeshReadOptions, read_mesh, recognize, write_mesh};
+use cutaway_io::volume;
+use cutaway_mesh::{RepairOptions, repair};
+
+use crate::args::ConvertArgs;
+use crate::outputs::Outputs;
+use crate::report::{Verbosity, wrong_use};
+
+pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<()> {
+    let verbosity = Verbosity::new(args.quiet, false);
+    refuse_volumes(args)?;
+    MeshFormat::to_write(&args.output).map_err(|error| wrong_use(error.to_string()))?;
+    let mut outputs = Outputs::default();
+    outputs.file("the output", &args.output)?;
+    outputs.input(&args.input);
+    outputs.check()?;
+    let mut options = RepairOptions::default();
+    if let Some(tolerance) = args.weld_tolerance {
+        if tolerance != 0.0 && !(1e-9..=0.1).contains(&tolerance) {
+            return Err(wrong_use(format!("--weld-tolerance is {tolerance}; expected 0, or 1e-9 to 0.1")));
+        }
+        options.weld_tolerance = tolerance;
+    }
+    let loaded = read_mesh(&args.input, &MeshReadOptions::default())?;
+    loaded.notices.iter().for_each(|notice| verbosity.notice(notice));
+    let mesh = if args.repair {
+        let repaired = repair(&loaded.value, &options);
+        let repaired = repaired.with_context(|| args.input.display().to_string())?;
+        repaired.notices.iter().for_each(|notice| verbosity.notice(&notice.to_string()));
+        repaired.mesh.into_mesh()
+    } else {
+        loaded.value
+    };
+    Ok(write_mesh(&args.output, &mesh)?)
+}
+
+/// Says of volumes that they are not converted, before their names are said to be no meshes.
+fn refuse_volumes(args: &ConvertArgs) -> anyhow::Result<()> {
+    let name = args.input.display();
+    let sample = args.input.to_str().is_some_and(|name| name.starts_with("sample:"));
+    if sample || recognize(&args.input).is_none() && volume::recognize(&args.input) {
+        return Err(wrong_use(format!(
+            "{name}: this is a volume; this version of cutaway converts meshes only (.ply, .stl, .obj, .gltf, .glb)"
+        )));
+    }
+    Ok(())
+}

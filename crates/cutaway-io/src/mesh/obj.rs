@@ -1,0 +1,90 @@
+//! Wavefront OBJ: <https://paulbourke.net/dataformats/obj/>.
+//!
+//! Read are vertices (`v`) and faces (`f`), with positive numbers and numbers from the end, and lines continued with `\`.
+//! Texture coordinates, normals, groups, materials, points and lines are of no use here; curves and surfaces are left
+//! out with a notice.
+
+use cutaway_mesh::TriangleMesh;
+use glam::Vec3;
+
+use super::builder::Builder;
+use super::error::MeshReadError;
+use super::input::{Input, shown, words};
+
+pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
+    let mut builder = Builder::default();
+    let (mut line, mut next, mut face) = (Vec::new(), Vec::new(), Vec::new());
+    let mut free_form = 0;
+    while input.read_line(&mut line)? {
+        while line.last() == Some(&b'\\') {
+            line.pop();
+            if !input.read_line(&mut next)? {
+                break;
+            }
+            line.push(b' ');
+            line.extend_from_slice(&next);
+            if line.len() > 1 << 24 {
+                return Err(input.syntax(
+                    input.line(),
+                    "a continued line of more than 16 MiB",
+                    "shorter lines",
+                ));
+            }
+        }
+        let mut words = words(&line);
+        match words.next() {
+            Some(b"v") => {
+                let mut coordinate = || match words.next() {
+                    Some(word) => input.coordinate(word),
+                    None => Err(input.syntax(input.line(), shown(&line), "three coordinates after `v`")),
+                };
+                let vertex = Vec3::new(coordinate()?, coordinate()?, coordinate()?);
+                builder.vertex(input, vertex)?;
+            }
+            Some(b"f") => {
+                face.clear();
+                // What follows is a comment.
+                for word in words.take_while(|word| !word.starts_with(b"#")) {
+                    face.push(corner(input, word, builder.vertices())?);
+                }
+                if face.len() < 3 {
+                    return Err(input.syntax(input.line(), shown(&line), "three vertices or more after `f`"));
+                }
+                builder.face(input, &face, input.line())?;
+            }
+            Some(b"curv" | b"curv2" | b"surf") => free_form += 1,
+            _ => {}
+        }
+    }
+    if builder.vertices() == 0 {
+        return Err(input.syntax(input.line(), "no vertices up to the end", "lines such as `v 0 0 1`"));
+    }
+    if free_form > 0 {
+        input.notice(format!("{free_form} free-form curves and surfaces left out: only faces are read"));
+    }
+    builder.finish(input, 1)
+}
+
+/// The vertex that a corner such as `7`, `7/1`, `7//3` or `-1/-1/-1` names, from 0.
+fn corner(input: &Input<'_>, word: &[u8], vertices: usize) -> Result<u32, MeshReadError> {
+    let digits = word.split(|b| *b == b'/').next().unwrap_or_default();
+    let number = std::str::from_utf8(digits).ok().and_then(|text| text.parse::<i64>().ok());
+    let Some(number) = number else {
+        return Err(input.syntax(input.line(), shown(word), "the number of a vertex"));
+    };
+    let from_start = match number {
+        1.. => Some(number - 1),
+        0 => None,
+        _ => (vertices as i64).checked_add(number),
+    };
+    // The highest number is kept free, so that one can be added.
+    from_start.and_then(|v| u32::try_from(v).ok()).filter(|v| *v < u32::MAX).ok_or_else(|| {
+        MeshReadError::Index {
+            file: input.file(),
+            place: input.line(),
+            found: number,
+            vertices: vertices as u64,
+            first: 1,
+        }
+    })
+}
