@@ -75,6 +75,8 @@ impl Prepared {
             }),
             camera: Some(self.camera.clone()),
             lighting: self.lighting.clone(),
+            clip: None,
+            clip_shading: Default::default(),
             render: self.settings.clone(),
         })
     }

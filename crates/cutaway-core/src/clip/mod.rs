@@ -11,8 +11,10 @@
 //! ```
 
 mod event;
+mod file;
 mod flat;
 mod pose;
+mod shading;
 mod shapes;
 mod sweep;
 #[cfg(test)]
@@ -20,8 +22,10 @@ mod tests;
 mod tree;
 
 pub use event::{Crossing, Event, Solid};
+pub use file::{ClipFile, ClipSource, ExternalSolid};
 pub use flat::{FlatClip, FlatLeaf};
 pub use pose::{Pose, PoseError};
+pub use shading::{ClipShading, Impregnation, SegmentCount};
 pub use shapes::{AxisBox, LARGEST_COORDINATE, Plane, ShapeError, Sphere};
 pub use sweep::{Boundary, COINCIDENCE, ClipSegment, SegmentLimit, Sweep};
 pub use tree::{Clip, Node, Object, ObjectId};

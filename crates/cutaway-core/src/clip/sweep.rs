@@ -19,7 +19,7 @@
 use glam::DVec3;
 
 use super::flat::State;
-use super::{Crossing, Event, FlatClip};
+use super::{Crossing, Event, FlatClip, SegmentCount};
 use crate::camera::Ray;
 use crate::segment::Segment;
 
@@ -75,8 +75,8 @@ fn normal(clip: &FlatClip, at: Boundary, ray: &Ray, t: f64, turned: bool) -> DVe
 /// How many segments of a ray are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SegmentLimit {
-    /// At most so many, 1 or more; none: all.
-    pub most: Option<u32>,
+    /// How many at most.
+    pub count: SegmentCount,
     /// Whether the last of a limited number goes on to the end of the last of all, so that too much is shown rather
     /// than too little (Termeer 3.2.4).
     pub backmost: bool,
@@ -85,7 +85,8 @@ pub struct SegmentLimit {
 impl SegmentLimit {
     /// Takes what is too much off ascending segments.
     fn apply(self, segments: &mut Vec<ClipSegment>) {
-        let most = self.most.map_or(usize::MAX, |n| n.max(1) as usize);
+        let SegmentCount::AtMost(most) = self.count else { return };
+        let most = most.get() as usize;
         let Some(backmost) = segments.last().copied().filter(|_| segments.len() > most) else { return };
         segments.truncate(most);
         let last = &mut segments[most - 1];
@@ -132,12 +133,18 @@ impl Sweep {
     }
 
     /// The kept segments of `ray_in_world` within `range`, ascending, asking every object itself.
-    pub fn cast(&mut self, clip: &FlatClip, ray_in_world: &Ray, range: Segment) -> &[ClipSegment] {
+    pub fn cast(
+        &mut self,
+        clip: &FlatClip,
+        ray_in_world: &Ray,
+        range: Segment,
+        limit: SegmentLimit,
+    ) -> &[ClipSegment] {
         let of_leaf = |leaf: usize, events: &mut Vec<Event>| {
             let leaf = &clip.leaves()[leaf];
             leaf.solid.events(&leaf.ray_in_object(ray_in_world), events);
         };
-        self.segments(clip, of_leaf, range, SegmentLimit::default())
+        self.segments(clip, of_leaf, range, limit)
     }
 
     /// The kept segments within `range`, ascending. `events_of_leaf` appends the events of a leaf along the whole line,

@@ -1,5 +1,6 @@
 //! Trees against points, laws of the algebra, and the rules of the sweep.
 
+use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
@@ -49,6 +50,8 @@ fn complement(clip: Clip) -> Clip {
     Node::Complement(Box::new(clip)).into()
 }
 
+const ALL: SegmentLimit = SegmentLimit { count: SegmentCount::Auto, backmost: false };
+
 const ALONG_X: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X };
 
 fn range(from: f64, to: f64) -> Segment {
@@ -58,7 +61,7 @@ fn range(from: f64, to: f64) -> Segment {
 /// Segments of `ray` within 0 to 10, and how many lines were repaired.
 fn cast(clip: &Clip, ray: &Ray) -> (Vec<ClipSegment>, u64) {
     let mut sweep = Sweep::new();
-    let found = sweep.cast(&FlatClip::new(clip).unwrap(), ray, range(0.0, 10.0)).to_vec();
+    let found = sweep.cast(&FlatClip::new(clip).unwrap(), ray, range(0.0, 10.0), ALL).to_vec();
     (found, sweep.repaired())
 }
 
@@ -97,7 +100,7 @@ fn segments_say_what_bounds_them_and_normals_face_out_of_what_is_kept() {
     let clip = Clip::everything().cut(slab(2.0, 3.0)).cut(slab(6.0, 20.0));
     let flat = FlatClip::new(&clip).unwrap();
     let mut sweep = Sweep::new();
-    let found = sweep.cast(&flat, &ALONG_X, range(0.0, 10.0)).to_vec();
+    let found = sweep.cast(&flat, &ALONG_X, range(0.0, 10.0), ALL).to_vec();
     assert_eq!(found.len(), 2);
     assert_eq!(found[0].near, None);
     assert_eq!(found[0].far, Some(Boundary { leaf: 0, surface: 0, crossing: Entering }));
@@ -109,7 +112,7 @@ fn segments_say_what_bounds_them_and_normals_face_out_of_what_is_kept() {
     }
     assert_eq!(found[1].near_normal(&flat, &ALONG_X), Some(DVec3::NEG_X));
     let probe = FlatClip::new(&slab(2.0, 3.0)).unwrap();
-    let found = sweep.cast(&probe, &ALONG_X, range(0.0, 10.0))[0];
+    let found = sweep.cast(&probe, &ALONG_X, range(0.0, 10.0), ALL)[0];
     assert_eq!(found.near_normal(&probe, &ALONG_X), Some(DVec3::NEG_X));
     assert_eq!(found.far_normal(&probe, &ALONG_X), Some(DVec3::X));
 }
@@ -218,23 +221,23 @@ fn lost_and_doubled_events_are_repaired_and_counted() {
 fn a_limited_number_of_segments_may_go_on_to_the_backmost_end() {
     let clip = Clip::everything().cut(slab(1.0, 2.0)).cut(slab(3.0, 4.0)).cut(slab(8.0, 9.0));
     let flat = FlatClip::new(&clip).unwrap();
-    let limited = |most, backmost| -> Vec<(f64, f64)> {
+    let limited = |most: u32, backmost| -> Vec<(f64, f64)> {
         let mut sweep = Sweep::new();
         let of_leaf = |leaf: usize, events: &mut Vec<Event>| {
             let leaf = &flat.leaves()[leaf];
             leaf.solid.events(&leaf.ray_in_object(&ALONG_X), events);
         };
-        let limit = SegmentLimit { most, backmost };
+        let count = NonZeroU32::new(most).map_or(SegmentCount::Auto, SegmentCount::AtMost);
+        let limit = SegmentLimit { count, backmost };
         let found = sweep.segments(&flat, of_leaf, range(0.0, 10.0), limit);
         found.iter().map(|s| (s.segment.t_near(), s.segment.t_far())).collect()
     };
     let all = [(0.0, 1.0), (2.0, 3.0), (4.0, 8.0), (9.0, 10.0)];
-    assert_eq!(limited(None, true), all);
-    assert_eq!(limited(Some(4), true), all);
-    assert_eq!(limited(Some(2), false), all[..2]);
-    assert_eq!(limited(Some(2), true), [(0.0, 1.0), (2.0, 10.0)]);
-    assert_eq!(limited(Some(1), true), [(0.0, 10.0)]);
-    assert_eq!(limited(Some(0), false), all[..1]);
+    assert_eq!(limited(0, true), all);
+    assert_eq!(limited(4, true), all);
+    assert_eq!(limited(2, false), all[..2]);
+    assert_eq!(limited(2, true), [(0.0, 1.0), (2.0, 10.0)]);
+    assert_eq!(limited(1, true), [(0.0, 10.0)]);
 }
 
 #[test]
@@ -250,7 +253,7 @@ fn poses_move_objects_and_turn_their_normals() {
     let y = 0.6;
     let ray = Ray { origin: DVec3::new(0.0, y, 0.0), direction: DVec3::X };
     let mut sweep = Sweep::new();
-    let found = sweep.cast(&flat, &ray, range(0.0, 10.0))[0];
+    let found = sweep.cast(&flat, &ray, range(0.0, 10.0), ALL)[0];
     assert!((found.segment.t_near() - 3.4).abs() < 1e-12 && (found.segment.t_far() - 6.6).abs() < 1e-12);
     let expected = DVec3::new(-1.6 / 4.0, y, 0.0).normalize();
     assert!((found.near_normal(&flat, &ray).unwrap() - expected).length() < 1e-12);
@@ -377,7 +380,7 @@ proptest! {
         let flat = FlatClip::new(&resolved(&clip)).unwrap();
         let mut sweep = Sweep::new();
         let range = range(0.0, 9.0);
-        let found = sweep.cast(&flat, &ray, range).to_vec();
+        let found = sweep.cast(&flat, &ray, range, ALL).to_vec();
         prop_assert_eq!(sweep.repaired(), 0);
         for pair in found.windows(2) {
             prop_assert!(pair[0].segment.t_far() < pair[1].segment.t_near());
@@ -408,7 +411,7 @@ proptest! {
         let [a, b, c] = [a, b, c].map(|clip| resolved(&clip));
         let flat = |clip: &Clip| {
             let flat = FlatClip::new(clip).unwrap();
-            let found = Sweep::new().cast(&flat, &ray, range(0.0, 9.0)).to_vec();
+            let found = Sweep::new().cast(&flat, &ray, range(0.0, 9.0), ALL).to_vec();
             found.iter().map(|s| s.segment).collect::<Vec<_>>()
         };
         let both = |x: &Clip, y: &Clip| -> Clip { Node::Intersection(vec![x.clone(), y.clone()]).into() };

@@ -22,7 +22,7 @@ pub struct Object {
 }
 
 /// A set of points: a node with its place.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Clip<L = Object> {
     /// From the node's own space to that of the node above.
     pub pose: Pose,
@@ -31,10 +31,9 @@ pub struct Clip<L = Object> {
 }
 
 /// What a set of points is made of.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Node<L = Object> {
     /// All of space: of the volume nothing is cut.
-    #[default]
     Everything,
     /// The inside of an object.
     Leaf(L),
