@@ -209,3 +209,29 @@ fn extremes(points: &[DVec3]) -> [DVec3; 2] {
     let [min, max] = points.iter().fold([low, high], |[min, max], p| [min.min(*p), max.max(*p)]);
     [min, max]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cutaway_core::clip::ClipSource;
+
+    /// The path of the only object.
+    fn path(clip: &ClipFile) -> String {
+        let mut found = String::new();
+        clip.clone().visit_leaves(&mut |source, _| found = source.path_mut().unwrap().clone());
+        found
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_scene_file() {
+        let mesh: ClipFile = Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned() }).into();
+        let here = from_here(&mesh, Path::new("data/scene.json")).unwrap();
+        assert_eq!(path(&here), "data/meshes/bunny.ply");
+        let prepared = PreparedClip { file: here, clip: Clip::everything() };
+        let saved = |scene: &str| path(&prepared.to_file(Path::new(scene)).unwrap());
+        assert_eq!(saved("data/other.json"), "meshes/bunny.ply");
+        assert_eq!(saved("scene.json"), "data/meshes/bunny.ply");
+        let absolute = std::path::absolute("data/meshes/bunny.ply").unwrap();
+        assert_eq!(Path::new(&saved("elsewhere/scene.json")), absolute);
+    }
+}

@@ -9,8 +9,9 @@
 //!   gap nor a sheet, also where two finders compute the same place with other roundings.
 //! - **Which surface bounds.** Of a coincident group, the first object without whose change nothing would have changed;
 //!   where there is none (`A ∪ A`), the first that changed.
-//! - **Inside.** Events before the range only decide in which state it begins: a camera within an object needs no rule
-//!   of its own. A segment that begins where the range does, at no surface, has no near boundary.
+//! - **Ends of the range.** Events before the range only decide in which state it begins: a camera within an object needs
+//!   no rule of its own. A surface where the range itself begins or ends cuts nothing and bounds nothing, so that a
+//!   volume cropped to its own box is what it was.
 //! - **Parity.** Every line leaves each object as often as it enters it. Where a finder lost or doubled an event, those
 //!   left without a partner are taken out; of several that enter (leave) one after another the first (last) stays. So a
 //!   hole costs the piece of one object between two of its surfaces, never a streak to the end of the volume, and what
@@ -189,9 +190,14 @@ impl Sweep {
             let end = next + self.events[next..].partition_point(|e| e.event.t <= t + tolerance);
             let boundary = self.step(clip, next..end);
             next = end;
-            let at_range = t >= range.t_near() - tolerance;
-            let boundary = boundary.filter(|_| at_range);
-            let t = t.clamp(range.t_near(), range.t_far());
+            // At the ends of the range nothing is cut.
+            let (t, boundary) = if t <= range.t_near() + tolerance {
+                (range.t_near(), None)
+            } else if t >= range.t_far() - tolerance {
+                (range.t_far(), None)
+            } else {
+                (t, boundary)
+            };
             open = match (open, self.state.kept) {
                 (None, true) => Some((t, boundary)),
                 (Some((t_near, near)), false) => {

@@ -129,15 +129,16 @@ fn a_camera_inside_an_object_begins_in_its_state() {
 }
 
 #[test]
-fn a_surface_where_the_range_begins_or_ends_bounds() {
-    let found = cast(&slab(0.0, 10.0), &ALONG_X).0;
-    assert_eq!(found.len(), 1);
-    assert!(found[0].near.is_some() && found[0].far.is_some());
+fn a_surface_where_the_range_begins_or_ends_cuts_nothing() {
     // A rounding further out or in changes nothing.
-    let found = cast(&slab(-1e-13, 10.0 + 1e-13), &ALONG_X).0;
-    assert_eq!(found.len(), 1);
-    assert_eq!(found[0].segment, range(0.0, 10.0));
-    assert!(found[0].near.is_some());
+    for off in [0.0, 1e-13, -1e-13] {
+        let found = cast(&slab(-off, 10.0 + off), &ALONG_X).0;
+        assert_eq!(found, [ClipSegment { segment: range(0.0, 10.0), near: None, far: None }]);
+        assert_eq!(ends(&Clip::everything().cut(slab(-off, 10.0 + off))), []);
+        assert_eq!(ends(&Clip::everything().cut(slab(-5.0, off)).cut(slab(10.0 - off, 15.0))), [(0.0, 10.0)]);
+        assert_eq!(ends(&slab(-5.0, off)), []);
+        assert_eq!(ends(&slab(10.0 - off, 15.0)), []);
+    }
 }
 
 #[test]
