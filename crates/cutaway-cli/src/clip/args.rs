@@ -39,8 +39,8 @@ pub(crate) struct ClipOptions {
     /// How the light on a cut reaches below it: none, step or linear [linear]
     #[arg(long, value_name = "HOW", value_parser = values::impregnation)]
     pub(crate) impregnation: Option<Impregnation>,
-    /// How deep that goes, in units of the smallest voxel spacing [3]
-    #[arg(long, value_name = "VOXELS", value_parser = number, allow_hyphen_values = true)]
+    /// How deep that goes, in voxels (the smallest spacing) [3]
+    #[arg(long, value_name = "N", value_parser = number, allow_hyphen_values = true)]
     pub(crate) impregnation_thickness: Option<f64>,
     /// Draw the clip surface itself, with this opacity [0]
     #[arg(long, value_name = "OPACITY", value_parser = number, allow_hyphen_values = true)]

@@ -60,6 +60,9 @@ pub enum ExternalSolid<'a> {
     },
 }
 
+/// What makes solids of files.
+pub type LoadSolid<'a, E> = dyn FnMut(ExternalSolid<'_>) -> Result<Arc<dyn Solid>, E> + 'a;
+
 impl ClipSource {
     /// The path of what lies in a file of its own.
     pub fn path_mut(&mut self) -> Option<&mut String> {
@@ -70,10 +73,7 @@ impl ClipSource {
     }
 
     /// The solid; `load` is asked for what lies in a file of its own.
-    pub fn solid<E>(
-        &self,
-        load: &mut dyn FnMut(ExternalSolid<'_>) -> Result<Arc<dyn Solid>, E>,
-    ) -> Result<Arc<dyn Solid>, E> {
+    pub fn solid<E>(&self, load: &mut LoadSolid<'_, E>) -> Result<Arc<dyn Solid>, E> {
         Ok(match self {
             Self::Mesh { path } => load(ExternalSolid::Mesh { path })?,
             Self::Patches { path, tolerance } => {
@@ -88,10 +88,7 @@ impl ClipSource {
 
 impl ClipFile {
     /// The tree with solids in it, numbered from 0 in their order; `load` is asked for those that lie in files.
-    pub fn resolve<E>(
-        &self,
-        load: &mut dyn FnMut(ExternalSolid<'_>) -> Result<Arc<dyn Solid>, E>,
-    ) -> Result<Clip, E> {
+    pub fn resolve<E>(&self, load: &mut LoadSolid<'_, E>) -> Result<Clip, E> {
         let mut next = 0;
         self.map(&mut |source| {
             let id = ObjectId(next);

@@ -22,7 +22,7 @@ mod tests;
 mod tree;
 
 pub use event::{Crossing, Event, Solid};
-pub use file::{ClipFile, ClipSource, ExternalSolid};
+pub use file::{ClipFile, ClipSource, ExternalSolid, LoadSolid};
 pub use flat::{FlatClip, FlatLeaf};
 pub use pose::{Pose, PoseError};
 pub use shading::{ClipShading, Impregnation, SegmentCount};

@@ -327,15 +327,14 @@ mod tests {
             let plane = Plane::new(DVec3::new(1.0, -2.0, 0.3), 0.4).unwrap();
             let cube = AxisBox::new(DVec3::new(-1.0, -0.5, -2.0), DVec3::new(0.5, 1.0, 1.5)).unwrap();
             let ball = Sphere::new(DVec3::new(0.2, -0.3, 0.5), 1.4).unwrap();
-            let shapes: [(&dyn Solid, &dyn Fn(DVec3) -> bool); 3] = [
-                (&plane, &|p| plane.contains(p)), (&cube, &|p| cube.contains(p)), (&ball, &|p| ball.contains(p)),
-            ];
             let ray = Ray { origin, direction: to - origin };
             prop_assume!(ray.direction.length() > 1e-3);
-            for (solid, contains) in shapes {
+            let solids: [&dyn Solid; 3] = [&plane, &cube, &ball];
+            for (i, solid) in solids.into_iter().enumerate() {
+                let contains = |p| [plane.contains(p), cube.contains(p), ball.contains(p)][i];
                 let mut found = Vec::new();
                 solid.events(&ray, &mut found);
-                prop_assert!(found.len() == 0 || found.len() == 2);
+                prop_assert!(found.is_empty() || found.len() == 2);
                 let inside = found.len() == 2 && (found[0].t..found[1].t).contains(&t);
                 if found.iter().all(|e| (e.t - t).abs() > 1e-9) {
                     prop_assert_eq!(inside, contains(ray.origin + ray.direction * t));

@@ -192,7 +192,8 @@ fn overlapping_shells_of_one_object_are_their_union() {
 
 #[test]
 fn lost_and_doubled_events_are_repaired_and_counted() {
-    let cases: &[(&[(f64, Crossing)], &[(f64, f64)])] = &[
+    type Case = (&'static [(f64, Crossing)], &'static [(f64, f64)]);
+    let cases: &[Case] = &[
         // Lone events.
         (&[(3.0, Entering)], &[]),
         (&[(3.0, Leaving)], &[]),
