@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, Layout, Mode, Sampling, SpaceSkipping};
 
+use crate::clip::ClipArgs;
 use crate::values::{self, List, number, whole};
 
 const AFTER_HELP: &str = "\
@@ -62,6 +63,8 @@ Examples:
       a colour map over a range; opacity as value,opacity pairs
   cutaway render v.raw --dims 256,256,128 --type uint8 --mode mip --window 200 --level 100 -o mip.png
       raw data whose name does not tell, as a maximum projection
+  cutaway render head.nii.gz --engine reference --cut sphere:0,40,60,45 --clip-plane 1,0,0,5 -o open.png
+      a ball cut away, and what lies to the right of a plane
   cutaway render --scene scene.json --resolution 1920,1080 -o still.exr
       a scene file; options beside it win";
 
@@ -163,6 +166,9 @@ pub(crate) struct SceneArgs {
     /// Voxels in memory: linear (as they came) or bricks (1.2 to 1.4 times the volume again) [linear]
     #[arg(long, value_parser = values::layout, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) layout: Option<Layout>,
+
+    #[command(flatten)]
+    pub(crate) clip: ClipArgs,
 }
 
 /// What raw data are, where neither their name nor a JSON file beside them tells.

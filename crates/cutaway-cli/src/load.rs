@@ -186,16 +186,7 @@ impl LoadedVolume {
         }
         let path = match &self.origin {
             Origin::Sample(name) => return Ok(VolumeSource::Path(format!("sample:{name}"))),
-            Origin::File(path) => std::path::absolute(path).with_context(|| self.name.clone())?,
-        };
-        let scene = std::path::absolute(scene).with_context(|| scene.display().to_string())?;
-        let relative = scene.parent().and_then(|folder| path.strip_prefix(folder).ok());
-        let relative = relative.filter(|path| !path.to_string_lossy().starts_with("sample:"));
-        let Some(path) = relative.unwrap_or(&path).to_str().map(str::to_owned) else {
-            return Err(anyhow!(
-                "{}: a scene file cannot hold a name that is not Unicode; rename the volume",
-                self.name
-            ));
+            Origin::File(path) => path_in_scene(path, scene)?,
         };
         let RawOptions { dims, voxel_type, spacing, big_endian, header_bytes } = self.said.raw;
         if self.said.raw == RawOptions::default() {
@@ -211,6 +202,19 @@ impl LoadedVolume {
             header_bytes,
         }))
     }
+}
+
+/// A file as the scene file at `scene` names it: relative to its folder where it lies in or below that, so that both can
+/// move together, else absolute.
+pub(crate) fn path_in_scene(path: &Path, scene: &Path) -> anyhow::Result<String> {
+    let name = path.display();
+    let path = std::path::absolute(path).with_context(|| name.to_string())?;
+    let scene = std::path::absolute(scene).with_context(|| scene.display().to_string())?;
+    let relative = scene.parent().and_then(|folder| path.strip_prefix(folder).ok());
+    let relative = relative.filter(|path| !path.to_string_lossy().starts_with("sample:"));
+    relative.unwrap_or(&path).to_str().map(str::to_owned).ok_or_else(|| {
+        anyhow!("{name}: a scene file cannot hold a name that is not Unicode; rename the file")
+    })
 }
 
 fn read_options(raw: &RawArgs) -> anyhow::Result<ReadOptions> {

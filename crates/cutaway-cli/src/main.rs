@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod clip;
 mod commands;
 mod load;
 mod outputs;

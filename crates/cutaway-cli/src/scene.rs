@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use cutaway_core::camera::{Camera, CameraError};
+use cutaway_core::clip::ClipShading;
 use cutaway_core::colormaps::ColormapError;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
@@ -16,6 +17,7 @@ use cutaway_io::json::{read_scene, read_transfer_function};
 use cutaway_io::limits::Limits;
 
 use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs};
+use crate::clip::{self, PreparedClip};
 use crate::load::{self, LoadedVolume};
 use crate::report::wrong_use;
 use crate::values::{shown, tip};
@@ -28,6 +30,8 @@ pub(crate) struct Prepared {
     pub(crate) camera: Camera,
     pub(crate) lighting: Lighting,
     pub(crate) settings: RenderSettings,
+    pub(crate) clip: Option<PreparedClip>,
+    pub(crate) clip_shading: ClipShading,
     origins: Origins,
 }
 
@@ -49,11 +53,15 @@ impl Prepared {
         let (function, unit_distance) =
             function(&args.function, file.as_ref(), preset, &loaded, &settings, &origins)?;
         let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
-        Ok(Self { loaded, function, unit_distance, camera, lighting, settings, origins })
+        let in_file = file.as_ref().zip(args.scene.as_deref());
+        let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume)?;
+        let clip_shading = clip::shading(&args.clip, file.as_ref());
+        clip_shading.validate().map_err(|e| origins.blame(&e))?;
+        Ok(Self { loaded, function, unit_distance, camera, lighting, settings, clip, clip_shading, origins })
     }
 
     /// The scene, every number checked.
-    pub(crate) fn scene(&self) -> anyhow::Result<Scene<'_>> {
+    pub(crate) fn scene<'a>(&'a self) -> anyhow::Result<Scene<'a>> {
         let scene = Scene::new(
             &self.loaded.volume,
             &self.function,
@@ -62,7 +70,11 @@ impl Prepared {
             self.lighting.clone(),
             self.settings.clone(),
         );
-        scene.map_err(|e| self.origins.blame(&e))
+        let clipped = |scene: Scene<'a>| match &self.clip {
+            Some(clip) => scene.with_clip(&clip.clip, self.clip_shading.clone()),
+            None => Ok(scene),
+        };
+        scene.and_then(clipped).map_err(|e| self.origins.blame(&e))
     }
 
     /// What a scene file at `path` says of it.
@@ -75,6 +87,8 @@ impl Prepared {
             }),
             camera: Some(self.camera.clone()),
             lighting: self.lighting.clone(),
+            clip: self.clip.as_ref().map(|clip| clip.to_file(path)).transpose()?,
+            clip_shading: self.clip_shading.clone(),
             render: self.settings.clone(),
         })
     }
@@ -107,6 +121,8 @@ impl Origins {
             ("specular", "--specular", l.specular.is_some()),
             ("specular_power", "--specular-power", l.specular_power.is_some()),
             ("light", "--light", l.light.is_some()),
+            ("thickness", "--impregnation-thickness", args.clip.options.impregnation_thickness.is_some()),
+            ("overlay", "--clip-intensity", args.clip.options.clip_intensity.is_some()),
             ("position", "--camera-position", c.camera_position.is_some()),
             ("focal point", "--camera-focal-point", c.camera_focal_point.is_some()),
             ("view up", "--camera-view-up", c.camera_view_up.is_some()),
@@ -190,6 +206,8 @@ fn settings(
     s.engine = args.engine.unwrap_or(s.engine);
     s.step = args.step.unwrap_or(s.step);
     s.early_termination = args.early_termination.unwrap_or(s.early_termination);
+    s.segments = args.clip.options.segments.unwrap_or(s.segments);
+    s.backmost |= args.clip.options.backmost;
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
     s.sampling = args.sampling.unwrap_or(s.sampling);
     s.adaptive_threshold = args.adaptive_threshold.or(s.adaptive_threshold);

@@ -3,8 +3,10 @@
 //! What a number may be in general is decided here (finite, not beyond f32), so that no option needs to think of NaN;
 //! what it may be for one option is decided where it is used.
 
+use std::num::NonZeroU32;
 use std::str::FromStr;
 
+use cutaway_core::clip::{Impregnation, SegmentCount};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, Layout, Mode, Sampling, SpaceSkipping};
 
@@ -121,6 +123,20 @@ pub(crate) fn diffuse_curve(text: &str) -> Result<DiffuseCurve, String> {
         ("wrapped", DiffuseCurve::Wrapped),
     ];
     named(text, "curve", &all)
+}
+
+pub(crate) fn impregnation(text: &str) -> Result<Impregnation, String> {
+    let all = [("none", Impregnation::None), ("step", Impregnation::Step), ("linear", Impregnation::Linear)];
+    named(text, "impregnation", &all)
+}
+
+/// `auto` or a number of segments.
+pub(crate) fn segment_count(text: &str) -> Result<SegmentCount, String> {
+    if text == "auto" {
+        return Ok(SegmentCount::Auto);
+    }
+    let most = text.trim().parse::<NonZeroU32>().map(SegmentCount::AtMost);
+    most.map_err(|_| format!("`{text}` is neither `auto` nor a whole number of 1 to {}", u32::MAX))
 }
 
 pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {

@@ -5,8 +5,8 @@ mod common;
 use common::{command, image, run};
 use serde_json::{Value, json};
 
-/// The names of INTERFACE's statistics, sorted.
-const STATISTICS: [&str; 17] = [
+/// The names of INTERFACE's statistics and ours, sorted.
+const STATISTICS: [&str; 18] = [
     "adapter",
     "classify_ms",
     "clip_ms",
@@ -17,6 +17,7 @@ const STATISTICS: [&str; 17] = [
     "peak_rss_bytes",
     "prepare_ms",
     "rays",
+    "repaired_lines",
     "resolution",
     "samples",
     "segments",
@@ -144,7 +145,7 @@ fn check(root: &Value, schema: &Value, value: &Value) -> Result<(), String> {
     }
 }
 
-/// The scene of the documentation, without clipping, which does not exist yet.
+/// The scene of the documentation.
 fn documented() -> Value {
     json!({
         "volume": "engine_256x256x128_uint8.raw",
@@ -155,6 +156,8 @@ fn documented() -> Value {
         "camera": { "position": [0, -600, 120], "focal_point": [127.5, 127.5, 63.5], "view_up": [0, 0, 1], "view_angle": 30 },
         "lighting": { "shade": true, "ambient": 0.1, "diffuse": 0.9, "specular": 0.2, "specular_power": 10,
                       "diffuse_curve": "two-sided" },
+        "clip": { "difference": [ "volume", { "mesh": "bunny.ply", "pose": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]] } ] },
+        "clip_shading": { "impregnation": "linear", "thickness": 3, "overlay": 0.0 },
         "render": { "mode": "composite", "step": 0.5, "engine": "cpu", "resolution": [512, 512], "iso": [1, 2] }
     })
 }
@@ -176,6 +179,11 @@ fn the_schema_describes_the_documented_scene() {
         ("/render/resolution", json!(512)),
         ("/lighting/shade", json!(1)),
         ("/camera", json!({ "positon": [0, 0, 0] })),
+        ("/clip", json!("volum")),
+        ("/clip", json!({ "spher": {} })),
+        ("/clip", json!({ "pose": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]] })),
+        ("/clip/difference/1", json!({ "sphere": { "center": [0, 0, 0] } })),
+        ("/clip_shading/impregnation", json!("some")),
         ("/transfer_function/points", json!([{ "value": 1, "color": [1, 1, 1] }])),
     ] {
         let mut scene = documented();
@@ -184,11 +192,14 @@ fn the_schema_describes_the_documented_scene() {
     }
 }
 
+const CLIPPED: &str =
+    "--engine reference --cut sphere:1,2,3,4 --crop 0,9,0,9,0,9 --segments 2 --clip-plane 0,0,1,5";
+
 #[test]
 fn saved_scenes_are_what_the_schema_describes() {
     let folder = tempfile::tempdir().unwrap();
     let schema = parsed(&run(folder.path(), "schema").succeeds());
-    for look in ["", "--preset CT-Bone", "--iso 0 --light 1,2,3 --camera-orthographic 20"] {
+    for look in ["", "--preset CT-Bone", "--iso 0 --light 1,2,3 --camera-orthographic 20", CLIPPED] {
         let line = format!("render sample:sphere:24 --resolution 8,8 {look} -o a.png --save-scene s.json");
         run(folder.path(), &line).succeeds();
         let scene = parsed(&std::fs::read_to_string(folder.path().join("s.json")).unwrap());

@@ -9,13 +9,22 @@
 //!
 //! is taken by three-point Gauss-Legendre collocation (order 6), both integrals at once, in stretches that are halved
 //! until halving changes nothing. Extrema, means and crossings come from the cubic itself.
+//!
+//! A clipped ray is the sum of its segments, each of which is treated so: nothing is sampled, so nothing is off by a
+//! part of a step at a cut.
+
+mod integral;
+mod light;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::integral::{GAUSS_NODES, Integral};
+use self::light::{CellLight, Face, Layer, Terms, lit};
 use crate::camera::{Ray, intersect_box};
+use crate::clip::{ClipSegment, FlatClip, Sweep};
 use crate::cubic::Cubic;
 use crate::field;
 use crate::image::Image;
@@ -32,27 +41,63 @@ const DEEPEST_HALVING: u32 = 14;
 /// Transmittance below which what lies behind cannot change a 32-bit image.
 const OPAQUE: f64 = 1e-9;
 
+/// What a clip surface that is drawn is made of.
+const OVERLAY_COLOR: [f64; 3] = [1.0; 3];
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Rays that met the volume.
+    pub rays: u64,
+    /// Segments of them: one a ray where nothing is clipped.
+    pub segments: u64,
+    /// Lines through objects whose events did not balance; see [`Sweep`].
+    pub repaired: u64,
+}
+
+impl std::ops::Add for Statistics {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            rays: self.rays + other.rays,
+            segments: self.segments + other.segments,
+            repaired: self.repaired + other.repaired,
+        }
+    }
+}
+
 /// Renders a scene. Depth: see [`Image`].
 pub fn render(scene: &Scene) -> Image {
-    render_with_progress(scene, &|_| {})
+    render_with_progress(scene, &|_| {}).0
 }
 
 /// Renders a scene; `progress` is called with the finished share of the rows, 0..=1, from any thread.
-pub fn render_with_progress(scene: &Scene, progress: &(dyn Fn(f32) + Sync)) -> Image {
+pub fn render_with_progress(scene: &Scene, progress: &(dyn Fn(f32) + Sync)) -> (Image, Statistics) {
     let (width, height) = scene.resolution();
     let rays = scene.camera().rays(width, height);
     let caster = Caster::new(scene);
     let done = AtomicU32::new(0);
     let row = |y: u32| {
-        let row: Vec<Pixel> = (0..width).map(|x| caster.cast(&rays.pixel(x, y))).collect();
+        let mut scratch = Scratch::default();
+        let row: Vec<Pixel> = (0..width).map(|x| caster.cast(&rays.pixel(x, y), &mut scratch)).collect();
         progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / height as f32);
-        row
+        (row, Statistics { repaired: scratch.sweep.repaired(), ..scratch.statistics })
     };
-    let cast: Vec<Pixel> = (0..height).into_par_iter().flat_map_iter(row).collect();
-    let colors = cast.iter().map(|p| p.premultiplied.map(|c| c as f32)).collect();
-    let depths = cast.iter().map(|p| p.depth as f32).collect();
+    let rows: Vec<(Vec<Pixel>, Statistics)> = (0..height).into_par_iter().map(row).collect();
+    let statistics = rows.iter().fold(Statistics::default(), |sum, (_, row)| sum + *row);
+    let cast = || rows.iter().flat_map(|(row, _)| row);
+    let colors = cast().map(|p| p.premultiplied.map(|c| c as f32)).collect();
+    let depths = cast().map(|p| p.depth as f32).collect();
     let image = Image::new(width, height, colors).and_then(|image| image.with_depth(depths));
-    image.expect("one pixel a ray of a resolution that the scene has checked")
+    (image.expect("one pixel a ray of a resolution that the scene has checked"), statistics)
+}
+
+/// What a row of rays shares.
+#[derive(Default)]
+struct Scratch {
+    sweep: Sweep,
+    statistics: Statistics,
 }
 
 /// What a ray brings back.
@@ -77,38 +122,11 @@ struct CellPiece {
     value: Cubic,
 }
 
-/// The light within one cell: its corners' gradients, and the ray's way through it.
-struct CellLight {
-    gradients: [DVec3; 8],
-    /// Position within the cell at `s` = 0, and what `s` adds to it.
-    start: DVec3,
-    stride: DVec3,
-    l: DVec3,
-    h: DVec3,
-}
-
-impl CellLight {
-    fn new(caster: &Caster, ray: &Ray, ray_in_voxel: &Ray, piece: &CellPiece) -> Self {
-        let volume = caster.scene.volume();
-        let t = |s: f64| piece.segment.t_near() + s * piece.segment.length();
-        let at = |s: f64| ray_in_voxel.origin + ray_in_voxel.direction * t(s);
-        let (cell, _) = field::cell_of(volume, at(0.5));
-        let base = DVec3::new(cell[0] as f64, cell[1] as f64, cell[2] as f64);
-        let (l, h) = caster.scene.lighting().directions(ray.direction);
-        Self {
-            gradients: field::corner_gradients_in_world(volume, cell),
-            start: at(0.0) - base,
-            stride: at(1.0) - at(0.0),
-            l,
-            h,
-        }
-    }
-
-    /// Colour factor and white added, at `s` of the cell's stretch.
-    fn at(&self, caster: &Caster, s: f64) -> (f64, f64) {
-        let gradient = field::trilinear_vector(&self.gradients, self.start + self.stride * s);
-        caster.scene.lighting().terms(gradient, caster.vanishing, self.l, self.h)
-    }
+/// A ray, in both spaces, and what is kept of it.
+struct CastRay<'a> {
+    ray: &'a Ray,
+    ray_in_voxel: Ray,
+    segments: &'a [ClipSegment],
 }
 
 impl<'a> Caster<'a> {
@@ -117,20 +135,44 @@ impl<'a> Caster<'a> {
         Self { scene, knots: scene.transfer_function().knots(), vanishing }
     }
 
-    fn cast(&self, ray: &Ray) -> Pixel {
+    fn cast(&self, ray: &Ray, scratch: &mut Scratch) -> Pixel {
         let volume = self.scene.volume();
         let origin = volume.voxel_from_world().transform_point3(ray.origin);
         let direction = volume.voxel_from_world().transform_vector3(ray.direction);
         let Some(bounds) = intersect_box(origin, direction, volume.extent()) else { return NOTHING };
-        let ray_in_voxel = Ray { origin, direction };
-        let cells = self.cells(&ray_in_voxel, bounds);
+        let whole = [ClipSegment { segment: bounds, near: None, far: None }];
+        let segments = match self.scene.clip() {
+            Some(clip) => scratch.sweep.cast(clip, ray, bounds, self.scene.segment_limit()),
+            None => &whole,
+        };
+        scratch.statistics.rays += 1;
+        scratch.statistics.segments += segments.len() as u64;
+        let cast = CastRay { ray, ray_in_voxel: Ray { origin, direction }, segments };
         match self.scene.settings().mode {
-            Mode::Composite => self.composite(ray, &ray_in_voxel, cells),
-            Mode::Iso => self.isosurfaces(ray, &ray_in_voxel, cells),
-            Mode::Mip => self.extremum(cells, 1.0),
-            Mode::Minip => self.extremum(cells, -1.0),
-            Mode::Mean => self.mean(cells),
+            Mode::Composite => self.composite(&cast),
+            Mode::Iso => self.isosurfaces(&cast),
+            Mode::Mip => self.with_overlay(&cast, self.extremum(self.all_cells(&cast), 1.0)),
+            Mode::Minip => self.with_overlay(&cast, self.extremum(self.all_cells(&cast), -1.0)),
+            Mode::Mean => self.with_overlay(&cast, self.mean(self.all_cells(&cast))),
         }
+    }
+
+    /// The surface that a segment begins at.
+    fn face(&self, cast: &CastRay, segment: &ClipSegment) -> Option<Face> {
+        let clip: &FlatClip = self.scene.clip()?;
+        Face::new(self, clip, cast.ray, segment)
+    }
+
+    /// A clip surface as it is drawn: its colour, where it is to be drawn at all.
+    fn overlay(&self, face: Option<&Face>) -> Option<([f64; 3], f64)> {
+        let opacity = self.scene.clip_shading().overlay;
+        let face = face.filter(|_| opacity > 0.0)?;
+        Some((lit(OVERLAY_COLOR, face.terms), opacity))
+    }
+
+    /// The cells of all segments.
+    fn all_cells(&self, cast: &CastRay) -> impl Iterator<Item = CellPiece> {
+        cast.segments.iter().flat_map(|s| self.cells(&cast.ray_in_voxel, s.segment))
     }
 
     /// The ray's way through the volume, cell by cell.
@@ -159,29 +201,27 @@ impl<'a> Caster<'a> {
         Cubic::through([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|s| field::trilinear(&corners, at(s) - base)))
     }
 
-    /// Colour factor and white added by the light on a surface at `t` along the ray.
-    fn light(&self, ray: &Ray, ray_in_voxel: &Ray, t: f64) -> (f64, f64) {
+    /// The light on an isosurface at `t` along the ray.
+    fn light(&self, cast: &CastRay, t: f64) -> Terms {
         if !self.scene.is_shaded() {
             return (1.0, 0.0);
         }
-        let p = ray_in_voxel.origin + ray_in_voxel.direction * t;
+        let p = cast.ray_in_voxel.origin + cast.ray_in_voxel.direction * t;
         let p = p.clamp(DVec3::ZERO, self.scene.volume().extent());
         let gradient = field::gradient_in_world(self.scene.volume(), p);
-        let (l, h) = self.scene.lighting().directions(ray.direction);
+        let (l, h) = self.scene.lighting().directions(cast.ray.direction);
         self.scene.lighting().terms(gradient, self.vanishing, l, h)
     }
 
-    fn composite(&self, ray: &Ray, ray_in_voxel: &Ray, cells: impl Iterator<Item = CellPiece>) -> Pixel {
-        let mut state = Integral { color: [0.0; 3], transmittance: 1.0, depth: f64::INFINITY };
-        for cell in cells {
-            let pieces = self.smooth_pieces(&cell.value);
-            if pieces.is_empty() {
-                continue;
+    fn composite(&self, cast: &CastRay) -> Pixel {
+        let mut state = Integral::START;
+        for segment in cast.segments {
+            let face = self.face(cast, segment);
+            if let Some((color, opacity)) = self.overlay(face.as_ref()) {
+                state.add_surface(color, opacity, segment.segment.t_near());
             }
-            let light = self.scene.is_shaded().then(|| CellLight::new(self, ray, ray_in_voxel, &cell));
-            for (from, to) in pieces {
-                state = self.integrate(state, &cell, light.as_ref(), from, to, 0);
-            }
+            let layer = face.and_then(|face| Layer::new(self, &face));
+            state = self.composite_segment(state, cast, segment.segment, layer);
             if state.transmittance < OPAQUE {
                 break;
             }
@@ -190,14 +230,41 @@ impl<'a> Caster<'a> {
         Pixel { premultiplied: [r, g, b, 1.0 - state.transmittance], depth: state.depth }
     }
 
-    /// The parts of a cell's stretch on which the transfer function of the value is smooth and somewhere visible.
-    fn smooth_pieces(&self, value: &Cubic) -> Vec<(f64, f64)> {
+    fn composite_segment(
+        &self,
+        mut state: Integral,
+        cast: &CastRay,
+        segment: Segment,
+        layer: Option<Layer>,
+    ) -> Integral {
+        for cell in self.cells(&cast.ray_in_voxel, segment) {
+            if state.transmittance < OPAQUE {
+                break;
+            }
+            // The light bends where a layer ends.
+            let bend = layer.map(|layer| (layer.t_far() - cell.segment.t_near()) / cell.segment.length());
+            let pieces = self.smooth_pieces(&cell.value, bend);
+            if pieces.is_empty() {
+                continue;
+            }
+            let light = self.scene.is_shaded().then(|| CellLight::new(self, cast, layer, &cell));
+            for (from, to) in pieces {
+                state = self.integrate(state, &cell, light.as_ref(), from, to, 0);
+            }
+        }
+        state
+    }
+
+    /// The parts of a cell's stretch on which the transfer function of the value is smooth and somewhere visible; also
+    /// cut at `bend`, if that is inside.
+    fn smooth_pieces(&self, value: &Cubic, bend: Option<f64>) -> Vec<(f64, f64)> {
         let (lo, hi, _) = value.range();
         let function = self.scene.transfer_function();
         if function.max_opacity(lo, hi) == 0.0 {
             return Vec::new();
         }
         let mut ends = vec![0.0, 1.0];
+        ends.extend(bend.filter(|s| (0.0..1.0).contains(s)));
         for &knot in self.knots.iter().filter(|k| (lo..=hi).contains(*k)) {
             value.crossings(knot, |s| ends.push(s));
         }
@@ -214,7 +281,7 @@ impl<'a> Caster<'a> {
         &self,
         state: Integral,
         cell: &CellPiece,
-        light: Option<&CellLight>,
+        light: Option<&CellLight<'_>>,
         from: f64,
         to: f64,
         level: u32,
@@ -241,33 +308,56 @@ impl<'a> Caster<'a> {
         &self,
         mut state: Integral,
         cell: &CellPiece,
-        light: Option<&CellLight>,
+        light: Option<&CellLight<'_>>,
         from: f64,
         to: f64,
     ) -> Integral {
         let function = self.scene.transfer_function();
         let samples = GAUSS_NODES.map(|u| from + (to - from) * u).map(|s| {
             let (color, opacity) = function.evaluate(cell.value.at(s));
-            let (factor, white) = light.map_or((1.0, 0.0), |light| light.at(self, s));
-            (color.map(|c| c * factor + white), extinction(opacity, self.scene.unit_distance()))
+            let terms = light.map_or((1.0, 0.0), |light| light.at(self, s));
+            (lit(color, terms), extinction(opacity, self.scene.unit_distance()))
         });
         let t_start = cell.segment.t_near() + from * cell.segment.length();
         state.add(&samples, t_start, (to - from) * cell.segment.length());
         state
     }
 
-    fn isosurfaces(&self, ray: &Ray, ray_in_voxel: &Ray, cells: impl Iterator<Item = CellPiece>) -> Pixel {
+    fn isosurfaces(&self, cast: &CastRay) -> Pixel {
+        let mut stack = SurfaceStack::default();
+        for segment in cast.segments {
+            self.isosurfaces_of_segment(cast, segment, &mut stack);
+            if stack.is_opaque() {
+                break;
+            }
+        }
+        stack.pixel()
+    }
+
+    fn isosurfaces_of_segment(&self, cast: &CastRay, segment: &ClipSegment, stack: &mut SurfaceStack) {
         let settings = self.scene.settings();
-        let mut pixel = NOTHING;
-        let mut transmittance = 1.0;
-        let mut above: Option<Vec<bool>> = None;
-        for cell in cells {
+        let face = self.face(cast, segment);
+        if let Some((color, opacity)) = self.overlay(face.as_ref()) {
+            stack.add(color, opacity, segment.segment.t_near());
+        }
+        let color_of = |level: f64| self.scene.transfer_function().evaluate(level).0;
+        // On which side of each isovalue the ray is.
+        let mut sides: Option<Vec<bool>> = None;
+        for cell in self.cells(&cast.ray_in_voxel, segment.segment) {
+            let at_start = cell.value.at(0.0);
+            if sides.is_none() {
+                // What is cut open is closed by the cut: of nested surfaces, the innermost shows.
+                let cap = face.filter(|_| self.scene.clip_shading().cap);
+                let level = settings.iso.iter().copied().filter(|level| at_start >= *level).reduce(f64::max);
+                if let (Some(cap), Some(level)) = (cap, level) {
+                    stack.add(lit(color_of(level), cap.terms), settings.iso_opacity, cap.t);
+                }
+            }
+            let sides = sides.get_or_insert_with(|| settings.iso.iter().map(|v| at_start >= *v).collect());
             let mut hits: Vec<(f64, f64)> = Vec::new();
-            let sides =
-                above.get_or_insert_with(|| settings.iso.iter().map(|v| cell.value.at(0.0) >= *v).collect());
             for (&level, side) in settings.iso.iter().zip(sides) {
                 // Rounding may put a crossing between two cells: the side the ray was on decides.
-                if (cell.value.at(0.0) >= level) != *side {
+                if (at_start >= level) != *side {
                     hits.push((0.0, level));
                 }
                 cell.value.crossings(level, |s| hits.push((s, level)));
@@ -275,24 +365,30 @@ impl<'a> Caster<'a> {
             }
             hits.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (s, level) in hits {
+                if stack.is_opaque() {
+                    return;
+                }
                 let t = cell.segment.t_near() + s * cell.segment.length();
-                let (color, _) = self.scene.transfer_function().evaluate(level);
-                let (factor, white) = self.light(ray, ray_in_voxel, t);
-                let weight = transmittance * settings.iso_opacity;
-                for (sum, color) in pixel.premultiplied.iter_mut().zip(color) {
-                    *sum += weight * (color * factor + white);
-                }
-                transmittance -= weight;
-                if pixel.depth.is_infinite() {
-                    pixel.depth = t;
-                }
-                if transmittance < OPAQUE {
-                    pixel.premultiplied[3] = 1.0;
-                    return pixel;
-                }
+                stack.add(lit(color_of(level), self.light(cast, t)), settings.iso_opacity, t);
             }
         }
-        pixel.premultiplied[3] = 1.0 - transmittance;
+    }
+
+    /// A projection has no front and back: clip surfaces that are drawn lie before it.
+    fn with_overlay(&self, cast: &CastRay, projected: Pixel) -> Pixel {
+        let mut stack = SurfaceStack::default();
+        for segment in cast.segments {
+            if let Some((color, opacity)) = self.overlay(self.face(cast, segment).as_ref()) {
+                stack.add(color, opacity, segment.segment.t_near());
+            }
+        }
+        let mut pixel = stack.pixel();
+        for (front, back) in pixel.premultiplied.iter_mut().zip(projected.premultiplied) {
+            *front += stack.transmittance * back;
+        }
+        if projected.depth.is_finite() {
+            pixel.depth = projected.depth;
+        }
         pixel
     }
 
@@ -327,47 +423,40 @@ impl<'a> Caster<'a> {
     }
 }
 
-/// Nodes, weights and integration matrix of three-point Gauss-Legendre collocation on 0..1.
-const ROOT15: f64 = 3.872_983_346_207_417;
-const GAUSS_NODES: [f64; 3] = [0.5 - ROOT15 / 10.0, 0.5, 0.5 + ROOT15 / 10.0];
-const GAUSS_WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
-const GAUSS_PARTIAL: [[f64; 3]; 3] = [
-    [5.0 / 36.0, 2.0 / 9.0 - ROOT15 / 15.0, 5.0 / 36.0 - ROOT15 / 30.0],
-    [5.0 / 36.0 + ROOT15 / 24.0, 2.0 / 9.0, 5.0 / 36.0 - ROOT15 / 24.0],
-    [5.0 / 36.0 + ROOT15 / 30.0, 2.0 / 9.0 + ROOT15 / 15.0, 5.0 / 36.0],
-];
-
-/// What a ray has gathered so far.
-#[derive(Clone, Copy)]
-struct Integral {
+/// Surfaces, front to back.
+struct SurfaceStack {
     color: [f64; 3],
     transmittance: f64,
-    /// Where the opacity passes one half.
+    /// Of the first.
     depth: f64,
 }
 
-impl Integral {
-    /// Adds a stretch of `length` from three samples (colour, extinction) at its Gauss nodes.
-    fn add(&mut self, samples: &[([f64; 3], f64); 3], t_start: f64, length: f64) {
-        for i in 0..3 {
-            let depth_to_node: f64 = (0..3).map(|j| GAUSS_PARTIAL[i][j] * samples[j].1).sum::<f64>() * length;
-            let weight =
-                self.transmittance * (-depth_to_node).exp() * GAUSS_WEIGHTS[i] * samples[i].1 * length;
-            for (sum, color) in self.color.iter_mut().zip(samples[i].0) {
-                *sum += weight * color;
-            }
+impl Default for SurfaceStack {
+    fn default() -> Self {
+        Self { color: [0.0; 3], transmittance: 1.0, depth: f64::INFINITY }
+    }
+}
+
+impl SurfaceStack {
+    /// One behind the others, of a colour that is already lit.
+    fn add(&mut self, color: [f64; 3], opacity: f64, t: f64) {
+        let weight = self.transmittance * opacity;
+        for (sum, color) in self.color.iter_mut().zip(color) {
+            *sum += weight * color;
         }
-        let depth: f64 = (0..3).map(|i| GAUSS_WEIGHTS[i] * samples[i].1).sum::<f64>() * length;
-        let after = self.transmittance * (-depth).exp();
-        if self.depth.is_infinite() && after <= 0.5 && depth > 0.0 {
-            self.depth = t_start + length * (self.transmittance / 0.5).ln() / depth;
+        self.transmittance -= weight;
+        if self.depth.is_infinite() {
+            self.depth = t;
         }
-        self.transmittance = after;
     }
 
-    /// The largest difference of any channel.
-    fn difference(&self, other: &Self) -> f64 {
-        let color = self.color.iter().zip(other.color).map(|(a, b)| (a - b).abs());
-        color.fold((self.transmittance - other.transmittance).abs(), f64::max)
+    fn is_opaque(&self) -> bool {
+        self.transmittance < OPAQUE
+    }
+
+    fn pixel(&self) -> Pixel {
+        let [r, g, b] = self.color;
+        let transmittance = if self.is_opaque() { 0.0 } else { self.transmittance };
+        Pixel { premultiplied: [r, g, b, 1.0 - transmittance], depth: self.depth }
     }
 }

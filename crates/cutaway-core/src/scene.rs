@@ -8,6 +8,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Camera, CameraError};
+use crate::clip::{
+    Clip, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount, SegmentLimit,
+};
 use crate::lighting::Lighting;
 use crate::space::WorldFrame;
 use crate::transfer_function::{ControlPoint, TransferFunction};
@@ -152,6 +155,10 @@ pub struct RenderSettings {
     pub gradient: Gradient,
     /// How the voxels lie in memory while the image is made.
     pub layout: Layout,
+    /// How many of the segments that clipping leaves of a ray are used.
+    pub segments: SegmentCount,
+    /// Whether the last of a limited number of segments goes on to the backmost surface.
+    pub backmost: bool,
 }
 
 impl Default for RenderSettings {
@@ -171,6 +178,8 @@ impl Default for RenderSettings {
             pre_integration: false,
             gradient: Gradient::default(),
             layout: Layout::default(),
+            segments: SegmentCount::default(),
+            backmost: false,
         }
     }
 }
@@ -192,6 +201,9 @@ pub enum SceneError {
     /// The camera shows nothing.
     #[error(transparent)]
     Camera(#[from] CameraError),
+    /// The poses of a clip expression, each of which can be undone, cannot be undone together.
+    #[error("clip: {0}")]
+    Pose(#[from] PoseError),
     /// The volume's box has no inside.
     #[error("the volume has {dimensions:?} voxels; rendering needs at least 2 along each axis")]
     Flat {
@@ -212,6 +224,8 @@ pub struct Scene<'a> {
     camera: Camera,
     lighting: Lighting,
     settings: RenderSettings,
+    clip: Option<FlatClip>,
+    clip_shading: ClipShading,
 }
 
 impl<'a> Scene<'a> {
@@ -236,7 +250,44 @@ impl<'a> Scene<'a> {
         validate_lighting(&lighting)?;
         validate_settings(&settings)?;
         let transfer_function = transfer_function.with_brightness(settings.brightness);
-        Ok(Self { volume, transfer_function, unit_distance, camera, lighting, settings })
+        let (clip, clip_shading) = (None, ClipShading::default());
+        Ok(Self { volume, transfer_function, unit_distance, camera, lighting, settings, clip, clip_shading })
+    }
+
+    /// The same scene, clipped: of the volume, what is inside `clip` is shown.
+    pub fn with_clip(mut self, clip: &Clip, shading: ClipShading) -> Result<Self, SceneError> {
+        shading.validate()?;
+        self.clip_shading = shading;
+        self.set_clip(Some(clip))?;
+        Ok(self)
+    }
+
+    /// Another clip, or the same with other poses: costs the number of its nodes, whatever is in them.
+    pub fn set_clip(&mut self, clip: Option<&Clip>) -> Result<(), SceneError> {
+        self.clip = clip.map(FlatClip::new).transpose()?;
+        Ok(())
+    }
+
+    /// What is shown of the volume; none: all of it.
+    pub fn clip(&self) -> Option<&FlatClip> {
+        self.clip.as_ref()
+    }
+
+    /// What clip surfaces look like.
+    pub fn clip_shading(&self) -> &ClipShading {
+        &self.clip_shading
+    }
+
+    /// How many segments a ray has at most.
+    pub fn segment_limit(&self) -> SegmentLimit {
+        SegmentLimit { count: self.settings.segments, backmost: self.settings.backmost }
+    }
+
+    /// How deep below a clip surface its normal lights samples, in world units; none: not at all.
+    pub fn impregnation_depth(&self) -> Option<f64> {
+        let depth = self.clip_shading.thickness * self.volume.spacing().min_element();
+        let used = self.clip_shading.impregnation != Impregnation::None && depth > 0.0;
+        used.then_some(depth)
     }
 
     /// The volume.
@@ -307,7 +358,7 @@ pub fn default_camera(volume: &Volume, aspect: f64) -> Camera {
     Camera::framing(&volume.corners_in_world(), forward, DVec3::Z, aspect, 1.05)
 }
 
-fn setting(field: &'static str, found: impl ToString, expected: &'static str) -> SceneError {
+pub(crate) fn setting(field: &'static str, found: impl ToString, expected: &'static str) -> SceneError {
     SceneError::Setting { field, found: found.to_string(), expected }
 }
 
@@ -449,6 +500,12 @@ pub struct SceneFile {
     /// Light and material.
     #[serde(default)]
     pub lighting: Lighting,
+    /// What is kept of the volume; all of it unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip: Option<ClipFile>,
+    /// What clip surfaces look like.
+    #[serde(default)]
+    pub clip_shading: ClipShading,
     /// How the image is made.
     #[serde(default)]
     pub render: RenderSettings,
@@ -465,6 +522,8 @@ mod tests {
             { "value": 200, "color": [1, 1, 1], "opacity": 0.4 } ] },
         "camera": { "position": [0, -600, 120], "focal_point": [127.5, 127.5, 63.5], "view_up": [0, 0, 1], "view_angle": 30 },
         "lighting": { "shade": true, "ambient": 0.1, "diffuse": 0.9, "specular": 0.2, "specular_power": 10, "diffuse_curve": "two-sided" },
+        "clip": { "difference": [ "volume", { "mesh": "bunny.ply", "pose": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]] } ] },
+        "clip_shading": { "impregnation": "linear", "thickness": 3, "overlay": 0.0 },
         "render": { "mode": "composite", "step": 0.5, "engine": "cpu", "resolution": [512, 512] }
     }"#;
 
@@ -487,8 +546,8 @@ mod tests {
 
     #[test]
     fn what_does_not_exist_is_refused_by_name() {
-        let error = serde_json::from_str::<SceneFile>(r#"{ "volume": "a", "clip": {} }"#).unwrap_err();
-        assert!(error.to_string().contains("`clip`"), "{error}");
+        let error = serde_json::from_str::<SceneFile>(r#"{ "volume": "a", "clipp": {} }"#).unwrap_err();
+        assert!(error.to_string().contains("`clipp`"), "{error}");
     }
 
     #[test]

@@ -17,8 +17,9 @@
 #![forbid(unsafe_code)]
 
 pub use cutaway_core::{
-    analytic, camera, colormaps, compositing, cubic, field, glam, histogram, image, lighting, occupancy,
-    presets, reference, scene, segment, space, transfer_function, value_ranges, volume, with_voxels,
+    analytic, camera, clip, colormaps, compositing, cubic, field, glam, histogram, image, lighting,
+    occupancy, presets, reference, scene, segment, space, transfer_function, value_ranges, volume,
+    with_voxels,
 };
 pub use cutaway_cpu as cpu;
 pub use cutaway_io as io;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cutaway_io::image::{BitDepth, write_image};
 
-use super::session::Session;
+use super::session::{Counts, Session};
 use crate::args::{Bench, BenchArgs, BenchFrameArgs};
 use crate::outputs::Outputs;
 use crate::report::{self, Verbosity};
@@ -32,7 +32,7 @@ fn frame(args: &BenchFrameArgs) -> anyhow::Result<()> {
     prepared.loaded.report(Verbosity::Normal);
     let mut session = Session::new(&prepared, &args.scene)?;
     let mut times = Vec::new();
-    let mut last = None;
+    let mut last = Counts::default();
     for i in 0..WARM_UP + args.frames {
         let mut camera = prepared.camera.clone();
         let measured = i.checked_sub(WARM_UP);

@@ -27,6 +27,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     if !args.scene.iso.is_empty() && prepared.settings.mode != Mode::Iso {
         verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
     }
+    notice_clip_options(args, &prepared, verbosity);
     let session = Session::new(&prepared, &args.scene)?;
     let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;
     let progress = verbosity.progress("rendering");
@@ -48,6 +49,28 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
 }
 
+/// Says which options of clipping do nothing.
+fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, verbosity: Verbosity) {
+    let o = &args.scene.clip.options;
+    let given = [
+        ("--segments", o.segments.is_some()),
+        ("--backmost", o.backmost),
+        ("--impregnation", o.impregnation.is_some()),
+        ("--impregnation-thickness", o.impregnation_thickness.is_some()),
+        ("--clip-intensity", o.clip_intensity.is_some()),
+        ("--cap", o.cap),
+    ];
+    let (mode, unclipped) = (prepared.settings.mode, prepared.clip.is_none());
+    for (option, _) in given.into_iter().filter(|(_, given)| *given) {
+        let impregnates = option.starts_with("--impregnation");
+        if unclipped {
+            verbosity.notice(&format!("{option} has no effect: nothing is clipped"));
+        } else if (option == "--cap" && mode != Mode::Iso) || (impregnates && mode != Mode::Composite) {
+            verbosity.notice(&format!("{option} has no effect in {} mode", mode.name()));
+        }
+    }
+}
+
 fn check_outputs(args: &RenderArgs) -> anyhow::Result<()> {
     let mut outputs = Outputs::default();
     if args.output != Path::new("-") {
@@ -66,6 +89,7 @@ fn check_outputs(args: &RenderArgs) -> anyhow::Result<()> {
     let volume = args.scene.volume.as_ref().map(Path::new);
     let inputs = [volume, scene.map(|p| p.as_path()), args.scene.function.transfer_function.as_deref()];
     inputs.into_iter().flatten().for_each(|path| outputs.input(path));
+    args.scene.clip.files().for_each(|path| outputs.input(path));
     outputs.check()
 }
 

@@ -10,6 +10,7 @@ use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
 use crate::args::{SceneArgs, Simd};
+use crate::report::wrong_use;
 use crate::scene::Prepared;
 
 pub(crate) struct Session<'a> {
@@ -20,6 +21,35 @@ pub(crate) struct Session<'a> {
     classify_ms: f64,
 }
 
+/// What a frame took, as far as its engine counts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counts {
+    samples: Option<u64>,
+    rays: Option<u64>,
+    segments: Option<u64>,
+    repaired_lines: Option<u64>,
+    skipped_fraction: Option<f64>,
+}
+
+impl From<Statistics> for Counts {
+    fn from(s: Statistics) -> Self {
+        Self {
+            samples: Some(s.samples),
+            rays: Some(s.rays),
+            segments: Some(s.segments),
+            repaired_lines: None,
+            skipped_fraction: Some(s.skipped_fraction),
+        }
+    }
+}
+
+impl From<reference::Statistics> for Counts {
+    fn from(s: reference::Statistics) -> Self {
+        let (rays, segments, repaired_lines) = (Some(s.rays), Some(s.segments), Some(s.repaired));
+        Self { rays, segments, repaired_lines, ..Self::default() }
+    }
+}
+
 enum Running {
     Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
     Reference { pool: rayon::ThreadPool },
@@ -28,6 +58,7 @@ enum Running {
 impl<'a> Session<'a> {
     pub(crate) fn new(prepared: &'a Prepared, args: &SceneArgs) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
+        refuse_clipping(&scene)?;
         let started = Instant::now();
         let mut classify_ms = 0.0;
         let engine = match scene.settings().engine {
@@ -52,21 +83,22 @@ impl<'a> Session<'a> {
     }
 
     /// Renders a frame; also its time in milliseconds.
-    pub(crate) fn frame(&self, progress: &(dyn Fn(f32) + Sync)) -> (Image, Option<Statistics>, f64) {
+    pub(crate) fn frame(&self, progress: &(dyn Fn(f32) + Sync)) -> (Image, Counts, f64) {
         let started = Instant::now();
         let (image, statistics) = match &self.engine {
             Running::Cpu { renderer, volume, classification } => {
-                let (image, statistics) = renderer.render(volume, classification, &self.scene, progress);
-                (image, Some(statistics))
+                let (image, counts) = renderer.render(volume, classification, &self.scene, progress);
+                (image, counts.into())
             }
             Running::Reference { pool } => {
-                (pool.install(|| reference::render_with_progress(&self.scene, progress)), None)
+                let (image, counts) = pool.install(|| reference::render_with_progress(&self.scene, progress));
+                (image, counts.into())
             }
         };
         (image, statistics, milliseconds(started))
     }
 
-    pub(crate) fn statistics(&self, frame: Option<Statistics>, times: Vec<f64>) -> StatisticsFile {
+    pub(crate) fn statistics(&self, frame: Counts, times: Vec<f64>) -> StatisticsFile {
         let (engine, simd, threads) = match &self.engine {
             Running::Cpu { renderer, .. } => ("cpu", Some(renderer.simd()), renderer.threads()),
             Running::Reference { pool } => ("reference", None, pool.current_num_threads()),
@@ -82,14 +114,25 @@ impl<'a> Session<'a> {
             classify_ms: self.classify_ms,
             clip_ms: 0.0,
             frame_ms: FrameTimes::of(times),
-            samples: frame.map(|s| s.samples),
-            rays: frame.map(|s| s.rays),
-            segments: frame.map(|s| s.segments),
-            skipped_fraction: frame.map(|s| s.skipped_fraction),
+            samples: frame.samples,
+            rays: frame.rays,
+            segments: frame.segments,
+            repaired_lines: frame.repaired_lines,
+            skipped_fraction: frame.skipped_fraction,
             peak_rss_bytes: peak_rss_bytes(),
             gpu_bytes: None,
             triangles_or_tetrahedra: None,
         }
+    }
+}
+
+/// Only the reference engine can clip so far.
+fn refuse_clipping(scene: &Scene) -> anyhow::Result<()> {
+    match scene.settings().engine {
+        Engine::Auto | Engine::Cpu if scene.clip().is_some() => Err(wrong_use(
+            "the cpu engine cannot clip in this version of cutaway; add --engine reference (slow and exact)",
+        )),
+        _ => Ok(()),
     }
 }
 

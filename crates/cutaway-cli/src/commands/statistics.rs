@@ -23,6 +23,8 @@ pub(crate) struct StatisticsFile {
     pub(crate) samples: Option<u64>,
     pub(crate) rays: Option<u64>,
     pub(crate) segments: Option<u64>,
+    /// Lines through clip objects whose events did not balance.
+    pub(crate) repaired_lines: Option<u64>,
     pub(crate) skipped_fraction: Option<f64>,
     pub(crate) peak_rss_bytes: Option<u64>,
     pub(crate) gpu_bytes: Option<u64>,

@@ -1,0 +1,237 @@
+//! Clipping, from options and a scene file to a tree of solids.
+
+mod args;
+mod shape;
+mod solids;
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use anyhow::{Context, anyhow};
+use cutaway_core::clip::{Clip, ClipFile, ClipShading, Node, Pose};
+use cutaway_core::glam::{DAffine3, DVec3};
+use cutaway_core::scene::SceneFile;
+use cutaway_core::volume::Volume;
+
+pub(crate) use args::{ClipArgs, Step};
+use solids::Solids;
+
+use crate::load::path_in_scene;
+use crate::report::wrong_use;
+use crate::values::List;
+
+/// What is kept of a volume.
+pub(crate) struct PreparedClip {
+    /// As a scene file has it, but with paths that are good here.
+    file: ClipFile,
+    /// With its solids.
+    pub(crate) clip: Clip,
+}
+
+impl PreparedClip {
+    /// From the scene file (`scene` is its path) and options, which go on where the file ends; none where nothing is
+    /// clipped.
+    pub(crate) fn new(
+        args: &ClipArgs,
+        scene: Option<(&SceneFile, &Path)>,
+        volume: &Volume,
+    ) -> anyhow::Result<Option<Self>> {
+        let mut solids = Solids::default();
+        let in_file = match scene.and_then(|(file, path)| Some((file.clip.as_ref()?, path))) {
+            Some((clip, path)) => Some(from_here(clip, path)?),
+            None => None,
+        };
+        if let (Some(clip), Some((_, path))) = (&in_file, scene) {
+            // What is wrong with these is to be said of the scene file.
+            resolve(clip, &mut solids).with_context(|| path.display().to_string())?;
+        }
+        let objects = objects(&args.steps, volume, &mut solids)?;
+        if in_file.is_none() && objects.is_empty() {
+            return Ok(None);
+        }
+        let mut file = in_file.unwrap_or_else(ClipFile::everything);
+        for (operation, object) in objects {
+            file = match operation {
+                Operation::Cut => file.cut(object),
+                Operation::Probe => file.probe(object),
+            };
+        }
+        let clip = resolve(&file, &mut solids)?;
+        Ok(Some(Self { file, clip }))
+    }
+
+    /// As the scene file at `scene` is to have it.
+    pub(crate) fn to_file(&self, scene: &Path) -> anyhow::Result<ClipFile> {
+        let mut file = self.file.clone();
+        let mut result = Ok(());
+        file.visit_leaves(&mut |source, _| {
+            if let (Some(path), true) = (source.path_mut(), result.is_ok()) {
+                match path_in_scene(Path::new(path), scene) {
+                    Ok(there) => *path = there,
+                    Err(error) => result = Err(error),
+                }
+            }
+        });
+        result.map(|()| file)
+    }
+}
+
+/// What clip surfaces look like: options over the scene file over defaults.
+pub(crate) fn shading(args: &ClipArgs, file: Option<&SceneFile>) -> ClipShading {
+    let mut s = file.map(|f| f.clip_shading.clone()).unwrap_or_default();
+    s.impregnation = args.options.impregnation.unwrap_or(s.impregnation);
+    s.thickness = args.options.impregnation_thickness.unwrap_or(s.thickness);
+    s.overlay = args.options.clip_intensity.unwrap_or(s.overlay);
+    s.cap |= args.options.cap;
+    s
+}
+
+fn resolve(clip: &ClipFile, solids: &mut Solids) -> anyhow::Result<Clip> {
+    clip.resolve(&mut |external| solids.load(external))
+}
+
+/// A scene file's tree with paths that are good here, where they were relative to its folder.
+fn from_here(clip: &ClipFile, scene: &Path) -> anyhow::Result<ClipFile> {
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let mut clip = clip.clone();
+    let mut result = Ok(());
+    clip.visit_leaves(&mut |source, _| {
+        if let Some(path) = source.path_mut() {
+            match folder.join(&*path).into_os_string().into_string() {
+                Ok(here) => *path = here,
+                Err(_) => {
+                    result = Err(anyhow!(
+                        "{}: the folder's name is not Unicode, so `{path}` cannot be named from here; rename the folder",
+                        scene.display()
+                    ));
+                }
+            }
+        }
+    });
+    result.map(|()| clip)
+}
+
+#[derive(Clone, Copy)]
+enum Operation {
+    Cut,
+    Probe,
+}
+
+/// The objects of the command line in their order, posed, with what is done with them.
+fn objects(
+    steps: &[Step],
+    volume: &Volume,
+    solids: &mut Solids,
+) -> anyhow::Result<Vec<(Operation, ClipFile)>> {
+    let mut objects: Vec<(Operation, ClipFile)> = Vec::new();
+    for step in steps {
+        let object = match step {
+            Step::Cut(name) => (Operation::Cut, operand("--cut", name)?),
+            Step::Probe(name) => (Operation::Probe, operand("--probe", name)?),
+            Step::Crop(list) => (Operation::Probe, crop(list, volume)?),
+            Step::Plane(list) => (Operation::Probe, numbers("--clip-plane", "plane", list)?),
+            Step::Pose(text) => {
+                let Some((_, last)) = objects.last_mut() else {
+                    return Err(wrong_use(
+                        "--clip-pose moves the object that is given before it; put it behind a --cut, --probe, --crop or \
+                         --clip-plane",
+                    ));
+                };
+                last.pose = moved(last, text, volume, solids)?;
+                continue;
+            }
+        };
+        objects.push(object);
+    }
+    Ok(objects)
+}
+
+fn operand(option: &str, name: &OsStr) -> anyhow::Result<ClipFile> {
+    if let Some(shape) = shape::parse(name) {
+        return shape.map_err(|e| wrong_use(format!("{option}: {e}")));
+    }
+    match name.to_str() {
+        Some("") => Err(wrong_use(format!("{option} is empty; give a file or a shape"))),
+        Some(path) => Ok(Node::Leaf(solids::source_of_file(path.to_owned())).into()),
+        None => {
+            let name = name.display();
+            Err(anyhow!("{name}: clip expressions hold names in Unicode only; rename the file"))
+        }
+    }
+}
+
+fn numbers(option: &str, name: &str, list: &List) -> anyhow::Result<ClipFile> {
+    shape::of_numbers(name, list).map_err(|e| wrong_use(format!("{option}: {e}")))
+}
+
+/// A box in voxel space.
+fn crop(list: &List, volume: &Volume) -> anyhow::Result<ClipFile> {
+    Ok(numbers("--crop", "box", list)?.with_pose(Pose::new(*volume.world_from_voxel())?))
+}
+
+/// The pose of an object after another `--clip-pose`.
+fn moved(object: &ClipFile, text: &str, volume: &Volume, solids: &mut Solids) -> anyhow::Result<Pose> {
+    let mut fit = || fit(object, volume, solids);
+    let blame = |e: String| wrong_use(format!("--clip-pose: {e}"));
+    let pose = shape::pose(text, &mut fit)?.map_err(blame)?;
+    pose.after(&object.pose).map_err(|e| blame(e.to_string()))
+}
+
+/// Centres an object in the volume and scales it, the same along all axes, as large as it can be within its box.
+fn fit(object: &ClipFile, volume: &Volume, solids: &mut Solids) -> anyhow::Result<DAffine3> {
+    let Node::Leaf(source) = &object.node else { return Ok(DAffine3::IDENTITY) };
+    let bounds = source.solid(&mut |external| solids.load(external))?.bounds();
+    let corners = corners(bounds).map(|p| object.pose.world_from_object().transform_point3(p));
+    let [min, max] = extremes(&corners);
+    let (size, room) = (max - min, extremes(&volume.corners_in_world()));
+    if !size.is_finite() {
+        return Err(wrong_use("--clip-pose: a half-space has no size that could be fitted; leave out `fit`"));
+    }
+    // A flat object has a size of 0 along an axis: the others decide.
+    let factor = ((room[1] - room[0]) / size).min_element();
+    if !(factor > 0.0 && factor.is_finite()) {
+        return Err(anyhow!(
+            "--clip-pose: the object has no size that could be fitted to the volume's; leave out `fit`"
+        ));
+    }
+    let center = 0.5 * (room[0] + room[1]);
+    Ok(DAffine3::from_translation(center)
+        * DAffine3::from_scale(DVec3::splat(factor))
+        * DAffine3::from_translation(-0.5 * (min + max)))
+}
+
+fn corners([min, max]: [DVec3; 2]) -> [DVec3; 8] {
+    std::array::from_fn(|i| DVec3::from_array(std::array::from_fn(|axis| [min, max][i >> axis & 1][axis])))
+}
+
+fn extremes(points: &[DVec3]) -> [DVec3; 2] {
+    let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let [min, max] = points.iter().fold([low, high], |[min, max], p| [min.min(*p), max.max(*p)]);
+    [min, max]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cutaway_core::clip::ClipSource;
+
+    /// The path of the only object.
+    fn path(clip: &ClipFile) -> String {
+        let mut found = String::new();
+        clip.clone().visit_leaves(&mut |source, _| found = source.path_mut().unwrap().clone());
+        found
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_scene_file() {
+        let mesh: ClipFile = Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned() }).into();
+        let here = from_here(&mesh, Path::new("data/scene.json")).unwrap();
+        assert_eq!(path(&here), "data/meshes/bunny.ply");
+        let prepared = PreparedClip { file: here, clip: Clip::everything() };
+        let saved = |scene: &str| path(&prepared.to_file(Path::new(scene)).unwrap());
+        assert_eq!(saved("data/other.json"), "meshes/bunny.ply");
+        assert_eq!(saved("scene.json"), "data/meshes/bunny.ply");
+        let absolute = std::path::absolute("data/meshes/bunny.ply").unwrap();
+        assert_eq!(Path::new(&saved("elsewhere/scene.json")), absolute);
+    }
+}

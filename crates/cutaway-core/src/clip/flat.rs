@@ -1,0 +1,186 @@
+//! A clip tree laid flat for rendering: its objects with their way from the world, and the expression over them.
+//!
+//! The expression is a tree of *and* and *or* gates, each of which counts its true inputs. Inputs may be inverted, so
+//! that a difference is an *and* with inverted inputs and a complement is no gate at all. When a ray crosses the
+//! surface of an object, only the gates above it are counted again, and only as far as they change: a step of a sweep
+//! costs the depth of the tree, not its size. Gates are plain numbers in one list, parents before children.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use super::{Clip, Node, Object, ObjectId, Pose, PoseError, Solid};
+use crate::camera::Ray;
+
+/// An object, ready for rays.
+#[derive(Clone, Debug)]
+pub struct FlatLeaf {
+    /// Which object.
+    pub object: ObjectId,
+    /// Its surface.
+    pub solid: Arc<dyn Solid>,
+    object_from_world: DAffine3,
+    output: Wire,
+}
+
+impl FlatLeaf {
+    /// All poses above the object in one, inverted.
+    pub fn object_from_world(&self) -> &DAffine3 {
+        &self.object_from_world
+    }
+
+    /// The ray in object space; `t` is the same, the direction's length is not.
+    pub fn ray_in_object(&self, ray_in_world: &Ray) -> Ray {
+        Ray {
+            origin: self.object_from_world.transform_point3(ray_in_world.origin),
+            direction: self.object_from_world.transform_vector3(ray_in_world.direction),
+        }
+    }
+
+    /// The unit normal in the world, out of the object, of a part of its surface at a point on it.
+    pub fn normal_in_world(&self, surface: u32, point_in_world: DVec3) -> DVec3 {
+        let point_in_object = self.object_from_world.transform_point3(point_in_world);
+        let normal_in_object = self.solid.normal(surface, point_in_object);
+        // Normals are covectors: they go by the transpose of the inverse, reflections included.
+        let normal = self.object_from_world.matrix3.transpose() * normal_in_object;
+        normal.try_normalize().unwrap_or(normal_in_object)
+    }
+}
+
+/// Where a value goes.
+#[derive(Clone, Copy, Debug)]
+struct Wire {
+    /// Index of a gate, or [`ROOT`].
+    gate: u32,
+    inverted: bool,
+}
+
+/// The wire's end where a value is the expression's own.
+const ROOT: u32 = u32::MAX;
+
+#[derive(Clone, Copy, Debug)]
+struct Gate {
+    /// True inputs that make it true: 1 for *or*, all for *and*.
+    threshold: u32,
+    output: Wire,
+}
+
+/// The state of an expression: whether each gate's inputs hold. Made by [`FlatClip::reset`], kept between rays.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State {
+    true_inputs: Vec<u32>,
+    pub(super) kept: bool,
+}
+
+/// A clip tree for rendering. Making one costs its number of nodes.
+#[derive(Clone, Debug)]
+pub struct FlatClip {
+    leaves: Vec<FlatLeaf>,
+    gates: Vec<Gate>,
+    /// The state outside all objects.
+    outside: State,
+}
+
+impl FlatClip {
+    /// Fails where poses, each of which can be undone, cannot be undone together.
+    pub fn new(clip: &Clip) -> Result<Self, PoseError> {
+        let outside = State { true_inputs: Vec::new(), kept: false };
+        let mut flat = Self { leaves: Vec::new(), gates: Vec::new(), outside };
+        let mut constants = Vec::new();
+        flat.add(clip, Pose::IDENTITY, Wire { gate: ROOT, inverted: false }, &mut constants)?;
+        let mut state = State { true_inputs: vec![0; flat.gates.len()], kept: false };
+        // Gates begin with no true input. What they then say goes up its wire as a change would, outer gates first
+        // (parents come before children in the list), so that whatever changes a gate finds it already counted above.
+        for gate in 0..flat.gates.len() {
+            let Gate { threshold, output } = flat.gates[gate];
+            if (threshold == 0) != output.inverted {
+                flat.raise(output, &mut state);
+            }
+        }
+        for leaf in &flat.leaves {
+            if leaf.output.inverted {
+                flat.raise(leaf.output, &mut state);
+            }
+        }
+        for wire in constants {
+            if !wire.inverted {
+                flat.raise(wire, &mut state);
+            }
+        }
+        flat.outside = state;
+        Ok(flat)
+    }
+
+    fn add(
+        &mut self,
+        clip: &Clip,
+        above: Pose,
+        output: Wire,
+        constants: &mut Vec<Wire>,
+    ) -> Result<(), PoseError> {
+        let pose = above.after(&clip.pose)?;
+        let inverted = Wire { inverted: !output.inverted, ..output };
+        let (parts, threshold) = match &clip.node {
+            Node::Everything => {
+                constants.push(output);
+                return Ok(());
+            }
+            Node::Leaf(Object { id, solid }) => {
+                let object_from_world = *pose.object_from_world();
+                self.leaves.push(FlatLeaf { object: *id, solid: solid.clone(), object_from_world, output });
+                return Ok(());
+            }
+            Node::Complement(part) => return self.add(part, pose, inverted, constants),
+            // Nothing minus anything is nothing: an *or* without inputs.
+            Node::Difference(parts) if parts.is_empty() => (parts, 1),
+            Node::Union(parts) => (parts, 1),
+            Node::Intersection(parts) | Node::Difference(parts) => (parts, parts.len() as u32),
+        };
+        let gate = self.gates.len() as u32;
+        self.gates.push(Gate { threshold, output });
+        let subtracts = matches!(clip.node, Node::Difference(_));
+        for (i, part) in parts.iter().enumerate() {
+            self.add(part, pose, Wire { gate, inverted: subtracts && i > 0 }, constants)?;
+        }
+        Ok(())
+    }
+
+    /// The objects, in the order of the tree.
+    pub fn leaves(&self) -> &[FlatLeaf] {
+        &self.leaves
+    }
+
+    /// Puts a state outside all objects.
+    pub(super) fn reset(&self, state: &mut State) {
+        state.true_inputs.clone_from(&self.outside.true_inputs);
+        state.kept = self.outside.kept;
+    }
+
+    /// Tells the expression that a ray is now inside (outside) an object.
+    pub(super) fn set(&self, leaf: usize, inside: bool, state: &mut State) {
+        let output = self.leaves[leaf].output;
+        self.change(output, inside != output.inverted, state);
+    }
+
+    /// An input that was false becomes true.
+    fn raise(&self, wire: Wire, state: &mut State) {
+        self.change(wire, true, state);
+    }
+
+    /// An input changes to `value`; gates above follow.
+    fn change(&self, mut wire: Wire, mut value: bool, state: &mut State) {
+        while wire.gate != ROOT {
+            let gate = &self.gates[wire.gate as usize];
+            let inputs = &mut state.true_inputs[wire.gate as usize];
+            let before = *inputs >= gate.threshold;
+            *inputs = if value { *inputs + 1 } else { *inputs - 1 };
+            let after = *inputs >= gate.threshold;
+            if before == after {
+                return;
+            }
+            wire = gate.output;
+            value = after != wire.inverted;
+        }
+        state.kept = value;
+    }
+}
