@@ -1,8 +1,8 @@
 //! Events of all pixels of an image: finder by triangle count by image size.
 //!
 //! `cargo bench -p cutaway-mesh --bench events` measures with criterion; afterwards a table of the shortest of several
-//! runs is printed, which is what to compare on a machine that does other things meanwhile. `-- --table` prints the
-//! table alone. The bunny is taken from `CUTAWAY_DATA`'s `meshes`, or from `../shared/data` beside the repository.
+//! runs is printed, which is what to compare on a machine that does other things meanwhile, and Termeer's table 3.1.
+//! `-- --table` prints the tables alone, `-- --table bunny` those of meshes with that name. The bunny is taken from `CUTAWAY_DATA`'s `meshes`, or from `../shared/data` beside the repository.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use cutaway_core::camera::RayGenerator;
 use cutaway_core::glam::{DAffine3, DVec3};
+use cutaway_mesh::papers::ray_triangle::table_3_1;
 use cutaway_mesh::shapes::icosphere;
 use cutaway_mesh::{EventFinder, MeshSolid, PixelEvents, TileEvents, TileRect, TriangleMesh};
 use rayon::prelude::*;
@@ -88,6 +89,14 @@ fn table(meshes: &[(String, Arc<TriangleMesh>)]) {
     }
 }
 
+fn table_of_ray_triangle_tests(mesh: &TriangleMesh) {
+    println!("\n{:28} {:>6} {:>9} {:>6}", "ray-triangle (table 3.1)", "ns", "relative", "paper");
+    for row in table_3_1(mesh, Duration::from_secs(2)) {
+        let paper = row.paper.map_or_else(String::new, |paper| format!("{paper:.2}"));
+        println!("{:28} {:6.2} {:9.2} {paper:>6}", row.algorithm.name(), row.nanoseconds, row.relative);
+    }
+}
+
 fn measure(criterion: &mut Criterion, meshes: &[(String, Arc<TriangleMesh>)]) {
     for (name, mesh) in meshes {
         let mut group = criterion.benchmark_group(name.as_str());
@@ -110,11 +119,17 @@ fn measure(criterion: &mut Criterion, meshes: &[(String, Arc<TriangleMesh>)]) {
 }
 
 fn main() {
-    let meshes = meshes();
-    if !std::env::args().any(|argument| argument == "--table") {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let mut meshes = meshes();
+    if arguments.first().is_some_and(|argument| argument == "--table") {
+        meshes.retain(|(name, _)| arguments.get(1).is_none_or(|part| name.contains(part)));
+    } else {
         let mut criterion = Criterion::default().configure_from_args();
         measure(&mut criterion, &meshes);
         criterion.final_summary();
     }
     table(&meshes);
+    if let Some((_, mesh)) = meshes.last() {
+        table_of_ray_triangle_tests(mesh);
+    }
 }

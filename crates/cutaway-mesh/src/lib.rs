@@ -6,6 +6,7 @@
 pub mod events;
 mod mesh;
 mod normals;
+pub mod papers;
 pub mod shapes;
 mod solid;
 

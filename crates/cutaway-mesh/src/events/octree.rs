@@ -37,9 +37,11 @@ pub(super) struct Octree {
     triangles: Vec<u32>,
 }
 
-/// An inner node whose children are still to be made.
+/// A cube of triangles that is still to be entered in its parent.
 struct Pending {
-    node: u32,
+    /// The parent and which child of it this is.
+    parent: u32,
+    child: usize,
     center: DVec3,
     half: f64,
     depth: u32,
@@ -50,29 +52,47 @@ impl Octree {
     pub(super) fn new(mesh: &TriangleMesh, space: &UnitSpace) -> Self {
         let count = mesh.triangles().len();
         let mut tree = Self { nodes: vec![[EMPTY; 8]], offsets: vec![0], triangles: Vec::new() };
-        let triangles = (0..count as u32).collect();
-        let mut pending =
-            VecDeque::from([Pending { node: 0, center: DVec3::ZERO, half: HALF, depth: 0, triangles }]);
+        let mut pending = VecDeque::new();
+        divide(
+            mesh,
+            space,
+            &(0..count as u32).collect::<Vec<_>>(),
+            (DVec3::ZERO, HALF),
+            |child, cube, triangles| {
+                pending.push_back(Pending {
+                    parent: 0,
+                    child,
+                    center: cube.0,
+                    half: cube.1,
+                    depth: 1,
+                    triangles,
+                });
+            },
+        );
         // Level by level, so that a budget that runs out leaves cells of one size.
-        let mut budget = (ENTRIES_PER_TRIANGLE - 1) as i64 * count as i64 + 4096;
-        while let Some(parent) = pending.pop_front() {
-            budget += parent.triangles.len() as i64;
-            for child in 0..8 {
-                let (half, center) = (parent.half * 0.5, child_center(&parent, child));
-                let triangles = overlapping(mesh, space, &parent.triangles, center, half);
-                budget -= triangles.len() as i64;
-                let entry = if triangles.is_empty() {
-                    EMPTY
-                } else if triangles.len() <= LEAF_TRIANGLES || parent.depth + 1 >= DEPTH || budget < 0 {
-                    tree.leaf(&triangles)
-                } else {
-                    let node = tree.nodes.len() as u32;
-                    tree.nodes.push([EMPTY; 8]);
-                    pending.push_back(Pending { node, center, half, depth: parent.depth + 1, triangles });
-                    node
-                };
-                tree.nodes[parent.node as usize][child] = entry;
-            }
+        let mut entries: usize = pending.iter().map(|p| p.triangles.len()).sum();
+        let limit = ENTRIES_PER_TRIANGLE * count + 4096;
+        while let Some(Pending { parent, child, center, half, depth, triangles }) = pending.pop_front() {
+            let whole = triangles.len() <= LEAF_TRIANGLES || depth >= DEPTH || entries > limit;
+            tree.nodes[parent as usize][child] = if whole {
+                tree.leaf(&triangles)
+            } else {
+                let node = tree.nodes.len() as u32;
+                tree.nodes.push([EMPTY; 8]);
+                entries -= triangles.len();
+                divide(mesh, space, &triangles, (center, half), |child, (center, half), triangles| {
+                    entries += triangles.len();
+                    pending.push_back(Pending {
+                        parent: node,
+                        child,
+                        center,
+                        half,
+                        depth: depth + 1,
+                        triangles,
+                    });
+                });
+                node
+            };
         }
         tree.nodes.shrink_to_fit();
         tree.offsets.shrink_to_fit();
@@ -151,9 +171,22 @@ impl Octree {
     }
 }
 
-fn child_center(parent: &Pending, child: usize) -> DVec3 {
-    let side = |axis: usize| if child >> axis & 1 == 1 { 0.5 } else { -0.5 };
-    parent.center + DVec3::new(side(0), side(1), side(2)) * parent.half
+/// Hands out the parts of a cube, given by its centre and half its side, that hold triangles.
+fn divide(
+    mesh: &TriangleMesh,
+    space: &UnitSpace,
+    triangles: &[u32],
+    (center, half): (DVec3, f64),
+    mut part: impl FnMut(usize, (DVec3, f64), Vec<u32>),
+) {
+    for child in 0..8 {
+        let side = |axis: usize| if child >> axis & 1 == 1 { 0.5 } else { -0.5 };
+        let (center, half) = (center + DVec3::new(side(0), side(1), side(2)) * half, half * 0.5);
+        let inside = overlapping(mesh, space, triangles, center, half);
+        if !inside.is_empty() {
+            part(child, (center, half), inside);
+        }
+    }
 }
 
 /// Those of the triangles that overlap a cube, or nearly.

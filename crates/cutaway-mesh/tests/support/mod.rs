@@ -2,6 +2,7 @@
 //! they panic where a file is not what it should be.
 #![allow(dead_code, reason = "each target uses a part of it")]
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use cutaway_core::camera::{Camera, Ray, RayGenerator};
@@ -56,6 +57,7 @@ fn obj(text: &str) -> TriangleMesh {
     TriangleMesh::new(vertices, triangles).expect("a mesh")
 }
 
+/// Corners within a millionth of the largest coordinate are one vertex: as numbers, they often differ in the last digit.
 fn stl(bytes: &[u8]) -> TriangleMesh {
     let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
     let count = u32::from_le_bytes(bytes[80..84].try_into().expect("four bytes"));
@@ -63,8 +65,17 @@ fn stl(bytes: &[u8]) -> TriangleMesh {
         let at = 84 + (i / 3) as usize * 50 + 12 + (i % 3) as usize * 12;
         Vec3::new(float(at), float(at + 4), float(at + 8))
     };
-    let vertices = (0..3 * count).map(corner).collect();
-    TriangleMesh::new(vertices, (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect()).expect("a mesh")
+    let largest = (0..3 * count).map(|i| corner(i).abs().max_element()).fold(0.0, f32::max);
+    let (mut vertices, mut numbers) = (Vec::new(), HashMap::new());
+    let mut index = |i: u32| {
+        let cell = (corner(i).as_dvec3() / (1e-6 * f64::from(largest))).round().as_ivec3();
+        *numbers.entry(cell).or_insert_with(|| {
+            vertices.push(corner(i));
+            (vertices.len() - 1) as u32
+        })
+    };
+    let triangles = (0..count).map(|t| [0, 1, 2].map(|k| index(3 * t + k))).collect();
+    TriangleMesh::new(vertices, triangles).expect("a mesh")
 }
 
 /// Corners of the box around a mesh.
