@@ -8,14 +8,21 @@
 
 mod closed;
 mod edges;
+pub mod events;
 mod mesh;
+mod normals;
+pub mod papers;
 mod polygon;
 mod repair;
 mod sets;
+pub mod shapes;
+mod solid;
 mod topology;
 
 pub use closed::{ClosedMesh, NotClosed};
+pub use events::{EventFinder, FrameEvents, MeshEvents, PixelEvents, TileEvents, TileRect};
 pub use mesh::{MeshError, TriangleMesh};
 pub use polygon::EarClipper;
 pub use repair::{RepairError, RepairNotice, RepairOptions, Repaired, repair};
+pub use solid::MeshSolid;
 pub use topology::Topology;

@@ -1,0 +1,3 @@
+//! Algorithms of the papers, kept to be measured beside what cutaway does.
+
+pub mod ray_triangle;
