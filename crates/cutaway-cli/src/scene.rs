@@ -95,6 +95,7 @@ impl Origins {
             ("resolution", "--resolution", args.resolution.is_some()),
             ("step", "--step", args.step.is_some()),
             ("early_termination", "--early-termination", args.early_termination.is_some()),
+            ("image_interpolation", "--image-interpolation", args.image_interpolation.is_some()),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),
@@ -189,6 +190,7 @@ fn settings(
     s.step = args.step.unwrap_or(s.step);
     s.early_termination = args.early_termination.unwrap_or(s.early_termination);
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
+    s.image_interpolation = args.image_interpolation.unwrap_or(s.image_interpolation);
     s.brightness = args.function.brightness.unwrap_or(s.brightness);
     if let Some(resolution) = &args.resolution {
         s.resolution = resolution.exactly_whole("--resolution")?;

@@ -16,7 +16,6 @@ const OPTIONS: &[&str] = &[
     "--adaptive-threshold",
     "--pre-integration",
     "--jitter",
-    "--image-interpolation",
     "--blur",
     "--cut",
     "--probe",

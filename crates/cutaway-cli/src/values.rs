@@ -6,7 +6,7 @@
 use std::str::FromStr;
 
 use cutaway_core::lighting::DiffuseCurve;
-use cutaway_core::scene::{Engine, Mode, SpaceSkipping};
+use cutaway_core::scene::{Engine, ImageInterpolation, Mode, SpaceSkipping};
 
 use crate::report::wrong_use;
 
@@ -130,6 +130,18 @@ pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
         ));
     }
     named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
+}
+
+/// Off, adaptive, or a factor; which factors there are is the scene's to say.
+pub(crate) fn image_interpolation(text: &str) -> Result<ImageInterpolation, String> {
+    match text {
+        "off" => Ok(ImageInterpolation::Off),
+        "adaptive" => Ok(ImageInterpolation::Adaptive),
+        _ => text.parse().map(ImageInterpolation::Factor).map_err(|_| {
+            let tip = tip(text, &["off", "adaptive"]);
+            format!("choose from off, adaptive or a whole number of 2 to 16{tip}")
+        }),
+    }
 }
 
 /// A number as people write it: six decimals without trailing zeros, or an exponent where those say nothing.

@@ -12,12 +12,15 @@
 //!
 //! Inside: the image is cut into tiles (`tiles`), a tile into packets of neighbouring pixels, one pixel a SIMD lane
 //! (`packet`); a packet finds its way past empty blocks (`slabs`) and is cast by one of three kernels (`cast`), two of
-//! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64.
+//! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64. Of an image every pixel is cast, or a
+//! lattice (`lattice`), or a lattice and what it does not tell (`adaptive`).
 #![deny(unsafe_code)]
 
+mod adaptive;
 mod bundle;
 mod cast;
 mod classification;
+mod lattice;
 mod packet;
 mod rays;
 mod renderer;
