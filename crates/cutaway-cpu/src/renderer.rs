@@ -137,6 +137,16 @@ impl CpuRenderer {
         (raster.into_image(), render.tally.statistics())
     }
 
+    /// Runs work on every thread at once.
+    pub(crate) fn on_every_thread(&self, work: impl Fn() + Sync) {
+        self.pool.broadcast(|_| work());
+    }
+
+    /// Runs work in the threads.
+    pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
     /// Casts the tile of a frame whose top left pixel is `(x, y)`.
     pub(crate) fn cast(&self, kernel: &Kernel, frame: &Frame, (x, y): (u32, u32)) -> Tile {
         cast::tile(self.level, kernel, frame, x, y)
