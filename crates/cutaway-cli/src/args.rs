@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cutaway_core::lighting::DiffuseCurve;
-use cutaway_core::scene::{Engine, Gradient, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
 
 use crate::clip::ClipArgs;
 use crate::values::{self, List, number, whole};
@@ -169,6 +169,10 @@ pub(crate) struct SceneArgs {
 
     #[command(flatten)]
     pub(crate) clip: ClipArgs,
+    /// Pixels that the cpu engine fills in between cast ones: off, adaptive (where nothing is lost) or all but every N-th
+    /// along x and y, 2 to 16 [off]
+    #[arg(long, value_parser = values::image_interpolation, value_name = "HOW", allow_hyphen_values = true, help_heading = "Sampling")]
+    pub(crate) image_interpolation: Option<ImageInterpolation>,
 }
 
 /// What raw data are, where neither their name nor a JSON file beside them tells.

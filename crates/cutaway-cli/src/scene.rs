@@ -111,6 +111,7 @@ impl Origins {
             ("early_termination", "--early-termination", args.early_termination.is_some()),
             ("adaptive_threshold", "--adaptive-threshold", args.adaptive_threshold.is_some()),
             ("pre_integration", "--pre-integration", args.pre_integration),
+            ("image_interpolation", "--image-interpolation", args.image_interpolation.is_some()),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),
@@ -214,6 +215,7 @@ fn settings(
     s.pre_integration |= args.pre_integration;
     s.gradient = args.gradient.unwrap_or(s.gradient);
     s.layout = args.layout.unwrap_or(s.layout);
+    s.image_interpolation = args.image_interpolation.unwrap_or(s.image_interpolation);
     s.brightness = args.function.brightness.unwrap_or(s.brightness);
     if let Some(resolution) = &args.resolution {
         s.resolution = resolution.exactly_whole("--resolution")?;

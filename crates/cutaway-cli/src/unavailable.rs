@@ -11,16 +11,8 @@ use crate::report;
 use crate::values::closest;
 
 /// Options that the interface names and later versions will have.
-const OPTIONS: &[&str] = &[
-    "--jitter",
-    "--image-interpolation",
-    "--blur",
-    "--clip-events",
-    "--buffer-depth",
-    "--turntable",
-    "--frames",
-    "--gpu",
-];
+const OPTIONS: &[&str] =
+    &["--jitter", "--blur", "--clip-events", "--buffer-depth", "--turntable", "--frames", "--gpu"];
 
 /// Commands that the interface names and later versions will have.
 const COMMANDS: &[&str] = &["view"];

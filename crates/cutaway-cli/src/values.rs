@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use cutaway_core::clip::{Impregnation, SegmentCount};
 use cutaway_core::lighting::DiffuseCurve;
-use cutaway_core::scene::{Engine, Gradient, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
 
 use crate::report::wrong_use;
 
@@ -160,6 +160,18 @@ pub(crate) fn gradient(text: &str) -> Result<Gradient, String> {
 
 pub(crate) fn layout(text: &str) -> Result<Layout, String> {
     named(text, "layout", &[("linear", Layout::Linear), ("bricks", Layout::Bricks)])
+}
+
+/// Off, adaptive, or a factor; which factors there are is the scene's to say.
+pub(crate) fn image_interpolation(text: &str) -> Result<ImageInterpolation, String> {
+    match text {
+        "off" => Ok(ImageInterpolation::Off),
+        "adaptive" => Ok(ImageInterpolation::Adaptive),
+        _ => text.parse().map(ImageInterpolation::Factor).map_err(|_| {
+            let tip = tip(text, &["off", "adaptive"]);
+            format!("choose from off, adaptive or a whole number of 2 to 16{tip}")
+        }),
+    }
 }
 
 /// A number as people write it: six decimals without trailing zeros, or an exponent where those say nothing.

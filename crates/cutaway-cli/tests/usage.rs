@@ -69,6 +69,9 @@ fn wrong_values_are_refused_by_option() {
         ("--step 1e-9", &["--step", "at least 0.001"]),
         ("--early-termination 2", &["--early-termination", "at most 1"]),
         ("--space-skipping of", &["did you mean `off`?"]),
+        ("--image-interpolation adaptiv", &["did you mean `adaptive`?"]),
+        ("--image-interpolation 1", &["--image-interpolation", "is 1", "2 to 16"]),
+        ("--image-interpolation 2.5", &["off, adaptive or a whole number of 2 to 16"]),
         ("--dims 3,3,3", &["no raw file"]),
         ("--dims 1,2", &["--dims takes 3"]),
         ("--type unit8", &["did you mean `uint8`?"]),
@@ -113,18 +116,7 @@ fn wrong_resolutions_are_refused() {
 }
 
 /// The options of the interface that later versions will have.
-const LATER: [&str; 10] = [
-    "--sampling",
-    "--adaptive-threshold",
-    "--pre-integration",
-    "--jitter",
-    "--image-interpolation",
-    "--blur",
-    "--clip-events",
-    "--buffer-depth",
-    "--turntable",
-    "--frames",
-];
+const LATER: [&str; 6] = ["--jitter", "--blur", "--clip-events", "--buffer-depth", "--turntable", "--frames"];
 
 /// A test that knows which of these are there by now, so that none is forgotten in the list and none is ignored.
 #[test]
@@ -282,6 +274,11 @@ fn every_option_of_render_is_in_the_help_with_words() {
         "--step",
         "--early-termination",
         "--space-skipping",
+        "--sampling",
+        "--adaptive-threshold",
+        "--pre-integration",
+        "--gradient",
+        "--layout",
         "--cut",
         "--probe",
         "--crop",
@@ -293,6 +290,7 @@ fn every_option_of_render_is_in_the_help_with_words() {
         "--impregnation-thickness",
         "--clip-intensity",
         "--cap",
+        "--image-interpolation",
         "--stats",
         "--save-scene",
         "--scene",

@@ -120,6 +120,26 @@ pub enum Layout {
     Bricks,
 }
 
+/// Which pixels the CPU engine casts, and which it fills in between them. The reference casts every pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ImageInterpolation {
+    /// Every pixel is cast.
+    #[default]
+    Off,
+    /// A coarse lattice of pixels is cast; what lies between is filled where colour, opacity and depth allow it, and cast
+    /// where they do not.
+    Adaptive,
+    /// Every so many pixels along x and y are cast, whatever lies between; a number of [`Self::FACTORS`].
+    #[serde(untagged)]
+    Factor(u32),
+}
+
+impl ImageInterpolation {
+    /// The factors that there are.
+    pub const FACTORS: std::ops::RangeInclusive<u32> = 2..=16;
+}
+
 /// How an image is made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -141,6 +161,8 @@ pub struct RenderSettings {
     pub early_termination: f64,
     /// How empty space is skipped.
     pub space_skipping: SpaceSkipping,
+    /// Which pixels are cast, and which are filled in between them: `off`, `adaptive` or a number of 2 to 16.
+    pub image_interpolation: ImageInterpolation,
     /// Factor of every opacity, 0 or more.
     pub brightness: f64,
     /// Where along a ray samples lie.
@@ -172,6 +194,7 @@ impl Default for RenderSettings {
             resolution: [512, 512],
             early_termination: 0.999,
             space_skipping: SpaceSkipping::default(),
+            image_interpolation: ImageInterpolation::default(),
             brightness: 1.0,
             sampling: Sampling::default(),
             adaptive_threshold: None,
@@ -408,6 +431,11 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
             "one of the two: a pre-integrated step needs no finer one",
         ));
     }
+    if let ImageInterpolation::Factor(factor) = s.image_interpolation
+        && !ImageInterpolation::FACTORS.contains(&factor)
+    {
+        return Err(setting("image_interpolation", factor, "`off`, `adaptive` or a factor of 2 to 16"));
+    }
     if s.mode == Mode::Iso && s.iso.is_empty() {
         return Err(setting("iso", "missing", "at least one isovalue in iso mode"));
     }
@@ -551,6 +579,22 @@ mod tests {
     }
 
     #[test]
+    fn image_interpolation_is_a_name_or_a_number() {
+        let all = [
+            ("\"off\"", ImageInterpolation::Off),
+            ("\"adaptive\"", ImageInterpolation::Adaptive),
+            ("3", ImageInterpolation::Factor(3)),
+        ];
+        for (text, setting) in all {
+            assert_eq!(serde_json::from_str::<ImageInterpolation>(text).unwrap(), setting);
+            assert_eq!(serde_json::to_string(&setting).unwrap(), text);
+        }
+        for wrong in ["\"on\"", "2.5", "-2", "true", "{}"] {
+            assert!(serde_json::from_str::<ImageInterpolation>(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
     fn settings_out_of_range_are_refused() {
         let wrong = [
             RenderSettings { step: 0.0, ..Default::default() },
@@ -559,6 +603,8 @@ mod tests {
             RenderSettings { resolution: [32_768, 32_768], ..Default::default() },
             RenderSettings { early_termination: 1.1, ..Default::default() },
             RenderSettings { mode: Mode::Iso, ..Default::default() },
+            RenderSettings { image_interpolation: ImageInterpolation::Factor(1), ..Default::default() },
+            RenderSettings { image_interpolation: ImageInterpolation::Factor(17), ..Default::default() },
         ];
         for s in wrong {
             assert!(validate_settings(&s).is_err(), "{s:?}");

@@ -210,7 +210,7 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
         Self { axis: None, bounds: Bounds::default(), members: Vec::with_capacity(packets) }
     }
 
-    /// Takes the packets of the pixels from `(x, y)` on that are within the image and meet the volume.
+    /// Takes the packets of the pixels from `(x, y)` on that are within the image, wanted, and meet the volume.
     #[inline(always)]
     pub(crate) fn fill(&mut self, simd: S, frame: &Frame, (x, y): (u32, u32), sum: T) {
         self.members.clear();
@@ -220,6 +220,9 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
         let (columns, rows) = packet_shape(Packet::<S>::LANES);
         for j in (0..height).step_by(rows as usize) {
             for i in (0..width).step_by(columns as usize) {
+                if !frame.wants((x + i, y + j), (columns, rows)) {
+                    continue;
+                }
                 let packet = Packet::new(simd, frame, self.axis, x + i, y + j);
                 if packet.bounds.hits {
                     self.bounds = self.bounds.union(&packet.bounds);

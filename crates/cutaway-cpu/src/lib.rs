@@ -8,19 +8,24 @@
 //! not change a pixel.
 //!
 //! Lifetimes: [`CpuRenderer`] (threads, instruction set; once) → [`CpuVolume`] (value ranges; once a volume) →
-//! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame).
+//! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame),
+//! or [`CpuRenderer::progressive`] (once a view: an image at once that is refined call by call).
 //!
 //! Inside: the image is cut into tiles (`tiles`), a tile into packets of neighbouring pixels, one pixel a SIMD lane
 //! (`packet`); a packet finds its way past empty blocks (`slabs`) and is cast by one of three kernels (`cast`), two of
-//! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64.
+//! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64. Of an image every pixel is cast, or a
+//! lattice (`lattice`), or a lattice and what it does not tell (`adaptive`).
 #![deny(unsafe_code)]
 
+mod adaptive;
 mod bricks;
 mod bundle;
 mod cast;
 mod classification;
+mod lattice;
 mod normals;
 mod packet;
+mod progressive;
 mod rays;
 mod renderer;
 mod sample;
@@ -29,5 +34,6 @@ mod tiles;
 
 pub use classification::Classification;
 pub use cutaway_core::image::Image;
+pub use progressive::{Progressive, Step};
 pub use renderer::{CpuError, CpuRenderer, CpuVolume, Statistics};
 pub use simd::{SimdChoice, UnsupportedSimd};

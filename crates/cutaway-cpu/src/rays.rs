@@ -4,15 +4,22 @@
 //! depth) that is affine, too. Both are computed in f64 once a packet and in f32 from there on: from however far an eye,
 //! neighbouring rays stay apart, and no ray of its own is set up one by one.
 
-use cutaway_core::camera::{PixelPlane, RayGenerator};
+use cutaway_core::camera::{PixelPlane, Ray, RayGenerator};
 use cutaway_core::glam::DVec3;
 use cutaway_core::scene::{Mode, Sampling, Scene};
 use cutaway_core::volume::Volume;
 
+use crate::lattice::Mask;
+
 /// What all rays of a frame share.
 pub(crate) struct Frame<'a> {
     pub(crate) volume: &'a Volume,
-    pub(crate) rays: RayGenerator,
+    rays: RayGenerator,
+    /// Of which pixel of the image the first one here is, along x and along y, and how many further the next one is.
+    first: u32,
+    spacing: u32,
+    /// Which pixels are wanted; all unless there is one.
+    mask: Option<&'a Mask>,
     pub(crate) width: u32,
     pub(crate) height: u32,
     /// World length of a step.
@@ -88,9 +95,71 @@ impl<'a> Frame<'a> {
             }
         };
         let step_length = scene.step_length();
+        let (first, spacing, mask) = (0, 1, None);
         let settings = scene.settings();
         let on_planes = settings.mode == Mode::Composite && settings.sampling == Sampling::Object;
-        Self { volume, rays, width, height, step_length, points, directions, tangents, depth, on_planes }
+        Self {
+            volume,
+            rays,
+            first,
+            spacing,
+            mask,
+            width,
+            height,
+            step_length,
+            points,
+            directions,
+            tangents,
+            depth,
+            on_planes,
+        }
+    }
+
+    /// A frame whose pixels are every `spacing`-th one of this frame along x and y, from `(first, first)` on; `width` times
+    /// `height` of them, be they within this frame or beyond its border. Rays are affine in the pixel: those of a lattice
+    /// are the same planes with larger steps.
+    pub(crate) fn lattice(&self, first: u32, spacing: u32, (width, height): (u32, u32)) -> Self {
+        let every = |plane: &PixelPlane| PixelPlane {
+            first: plane.at(first, first),
+            per_x: plane.per_x * f64::from(spacing),
+            per_y: plane.per_y * f64::from(spacing),
+        };
+        let Tangents { first: [across, along], per_pixel } = self.tangents;
+        let offset = per_pixel * f64::from(first);
+        Self {
+            rays: self.rays,
+            first: self.first + first * self.spacing,
+            spacing: self.spacing * spacing,
+            mask: None,
+            width,
+            height,
+            points: every(&self.points),
+            directions: every(&self.directions),
+            tangents: Tangents {
+                first: [across + offset, along + offset],
+                per_pixel: per_pixel * f64::from(spacing),
+            },
+            ..*self
+        }
+    }
+
+    /// The same frame with only the pixels of a mask.
+    pub(crate) fn masked<'b>(&self, mask: &'b Mask) -> Frame<'b>
+    where
+        'a: 'b,
+    {
+        Frame { mask: Some(mask), ..*self }
+    }
+
+    /// Whether any pixel of a rectangle is wanted.
+    #[inline]
+    pub(crate) fn wants(&self, at: (u32, u32), size: (u32, u32)) -> bool {
+        self.mask.is_none_or(|mask| mask.any(at, size))
+    }
+
+    /// The ray of a pixel, by itself.
+    pub(crate) fn ray(&self, x: u32, y: u32) -> Ray {
+        self.rays.pixel(self.first + x * self.spacing, self.first + y * self.spacing)
     }
 
     /// The rays from pixel `(x, y)` on.

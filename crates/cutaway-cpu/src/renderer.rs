@@ -1,21 +1,24 @@
 //! The renderer: threads, tiles and statistics around the kernels.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cutaway_core::image::Image;
-use cutaway_core::scene::Scene;
+use cutaway_core::scene::{ImageInterpolation, Scene};
 use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::{Volume, Voxels};
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use crate::adaptive::{self, Cells, SPACING};
 use crate::bricks;
 use crate::cast::{self, Kernel};
 use crate::classification::Classification;
+use crate::lattice::{DepthFill, Lattice};
 use crate::normals;
 use crate::rays::Frame;
 use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
-use crate::tiles::{TILE, Tile, morton_tiles};
+use crate::tiles::{Raster, TILE, Tally, Tile, morton_tiles};
 
 /// Why the engine cannot start or render.
 #[derive(Debug, thiserror::Error)]
@@ -76,7 +79,7 @@ impl CpuVolume {
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Rays that met the volume.
+    /// Rays that were cast and met the volume.
     pub rays: u64,
     /// Samples of the field that were taken; cells looked at, for isosurfaces.
     pub samples: u64,
@@ -140,43 +143,103 @@ impl CpuRenderer {
         scene: &Scene,
         progress: &(dyn Fn(f32) + Sync),
     ) -> (Image, Statistics) {
-        let (width, height) = scene.resolution();
         let frame = Frame::new(scene);
         let kernel = self.pool.install(|| Kernel::new(volume, classification, scene));
-        let corners = morton_tiles(width, height);
-        let done = std::sync::atomic::AtomicUsize::new(0);
-        let cast = |&(x, y): &(u32, u32)| {
-            let tile = cast::tile(self.level, &kernel, &frame, x, y);
-            let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-            progress(done as f32 / corners.len() as f32);
-            tile
+        let mut render = Render {
+            renderer: self,
+            kernel: &kernel,
+            frame: &frame,
+            depths: DepthFill::of(scene.settings().mode),
+            tally: Tally::default(),
+            progress,
         };
-        let tiles: Vec<Tile> = self.pool.install(|| corners.par_iter().with_max_len(1).map(cast).collect());
-        assemble(width, height, &tiles)
+        let raster = self.pool.install(|| match scene.settings().image_interpolation {
+            ImageInterpolation::Off => render.every_pixel(),
+            ImageInterpolation::Factor(factor) => render.every_so_many(factor),
+            ImageInterpolation::Adaptive => render.adaptive(),
+        });
+        (raster.into_image(), render.tally.statistics())
+    }
+
+    /// Runs work on every thread at once.
+    pub(crate) fn on_every_thread(&self, work: impl Fn() + Sync) {
+        self.pool.broadcast(|_| work());
+    }
+
+    /// Runs work in the threads.
+    pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
+    /// Casts the tile of a frame whose top left pixel is `(x, y)`.
+    pub(crate) fn cast(&self, kernel: &Kernel, frame: &Frame, (x, y): (u32, u32)) -> Tile {
+        cast::tile(self.level, kernel, frame, x, y)
     }
 }
 
-fn assemble(width: u32, height: u32, tiles: &[Tile]) -> (Image, Statistics) {
-    let count = width as usize * height as usize;
-    let (mut colors, mut depths) = (vec![[0.0f32; 4]; count], vec![f32::INFINITY; count]);
-    let mut statistics = Statistics::default();
-    let mut without_skipping = 0;
-    for tile in tiles {
-        let columns = TILE.min(width - tile.x) as usize;
-        for row in 0..TILE.min(height - tile.y) {
-            let to = (tile.y + row) as usize * width as usize + tile.x as usize;
-            let from = (row * TILE) as usize;
-            colors[to..to + columns].copy_from_slice(&tile.colors[from..from + columns]);
-            depths[to..to + columns].copy_from_slice(&tile.depths[from..from + columns]);
+/// One frame on its way. Runs within the threads.
+struct Render<'a> {
+    renderer: &'a CpuRenderer,
+    kernel: &'a Kernel<'a>,
+    frame: &'a Frame<'a>,
+    depths: DepthFill,
+    tally: Tally,
+    progress: &'a (dyn Fn(f32) + Sync),
+}
+
+impl Render<'_> {
+    fn every_pixel(&mut self) -> Raster {
+        self.tiles(self.frame, [0.0, 1.0], |_| {})
+    }
+
+    fn every_so_many(&mut self, factor: u32) -> Raster {
+        let size = (self.frame.width, self.frame.height);
+        self.lattice(factor, [0.0, 1.0]).filled(size, 1, self.depths)
+    }
+
+    fn adaptive(&mut self) -> Raster {
+        // Shares of the progress are those of rays, had every cell to be cast.
+        let lattice = self.lattice(SPACING, [0.0, 0.05]);
+        let columns_and_rows = adaptive::cells_of(self.frame);
+        let Some(with_middle) = adaptive::agreeing_corners(&lattice, columns_and_rows) else {
+            return self.tiles(self.frame, [0.05, 1.0], |_| {});
+        };
+        let middles = self.frame.lattice(SPACING / 2, SPACING, columns_and_rows);
+        let middles = self.tiles(&middles.masked(&with_middle), [0.05, 0.1], |_| {});
+        let cells = Cells::new(lattice, middles, self.depths);
+        let cast = cells.to_cast(&with_middle, self.kernel);
+        let frame = self.frame.masked(&cast);
+        self.tiles(&frame, [0.1, 1.0], |tile| cells.fill(&cast, &frame, tile))
+    }
+
+    /// The lattice of this spacing.
+    fn lattice(&mut self, spacing: u32, progress: [f32; 2]) -> Lattice {
+        let size = Lattice::dimensions((self.frame.width, self.frame.height), spacing);
+        let raster = self.tiles(&self.frame.lattice(0, spacing, size), progress, |_| {});
+        Lattice { spacing, raster }
+    }
+
+    /// Casts what is wanted of a frame, tile by tile; `finish` has each tile after that.
+    fn tiles(&mut self, frame: &Frame, [from, to]: [f32; 2], finish: impl Fn(&mut Tile) + Sync) -> Raster {
+        let corners = morton_tiles(frame.width, frame.height);
+        let done = AtomicUsize::new(0);
+        let cast = |&(x, y): &(u32, u32)| {
+            let mut tile = if frame.wants((x, y), (TILE, TILE)) {
+                self.renderer.cast(self.kernel, frame, (x, y))
+            } else {
+                Tile::new(x, y)
+            };
+            finish(&mut tile);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.progress)(from + (to - from) * (done as f32 / corners.len() as f32));
+            tile
+        };
+        let tiles: Vec<Tile> = corners.par_iter().with_max_len(1).map(cast).collect();
+        let mut raster = Raster::new((frame.width, frame.height));
+        for tile in &tiles {
+            raster.put(tile);
+            self.tally.add(tile);
         }
-        statistics.rays += tile.rays;
-        statistics.samples += tile.samples;
-        statistics.segments += tile.runs;
-        without_skipping += tile.samples_without_skipping;
+        raster
     }
-    if without_skipping > 0 {
-        statistics.skipped_fraction = 1.0 - statistics.samples as f64 / without_skipping as f64;
-    }
-    let image = Image::new(width, height, colors).and_then(|image| image.with_depth(depths));
-    (image.expect("one pixel a ray of a resolution that the scene has checked"), statistics)
 }

@@ -3,6 +3,10 @@
 //! Tiles are cast in Morton order, so that threads work near each other in the volume, and are handed out by work
 //! stealing. A pixel does not depend on its tile: any number of threads gives the same image, bit for bit.
 
+use cutaway_core::image::Image;
+
+use crate::renderer::Statistics;
+
 /// Edge of a tile in pixels; a multiple of a bundle's.
 pub(crate) const TILE: u32 = 32;
 
@@ -32,6 +36,62 @@ impl Tile {
             rays: 0,
             samples_without_skipping: 0,
         }
+    }
+}
+
+/// What casting some tiles took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    samples: u64,
+    runs: u64,
+    rays: u64,
+    samples_without_skipping: u64,
+}
+
+impl Tally {
+    pub(crate) fn add(&mut self, tile: &Tile) {
+        self.samples += tile.samples;
+        self.runs += tile.runs;
+        self.rays += tile.rays;
+        self.samples_without_skipping += tile.samples_without_skipping;
+    }
+
+    pub(crate) fn statistics(&self) -> Statistics {
+        let all = self.samples_without_skipping;
+        let skipped_fraction = if all > 0 { 1.0 - self.samples as f64 / all as f64 } else { 0.0 };
+        Statistics { rays: self.rays, samples: self.samples, segments: self.runs, skipped_fraction }
+    }
+}
+
+/// Pixels and depths that tiles are put together to: rows from the top left, transparent at first.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Raster {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) colors: Vec<[f32; 4]>,
+    pub(crate) depths: Vec<f32>,
+}
+
+impl Raster {
+    pub(crate) fn new((width, height): (u32, u32)) -> Self {
+        let n = width as usize * height as usize;
+        Self { width, height, colors: vec![[0.0; 4]; n], depths: vec![f32::INFINITY; n] }
+    }
+
+    pub(crate) fn put(&mut self, tile: &Tile) {
+        let columns = TILE.min(self.width - tile.x) as usize;
+        for row in 0..TILE.min(self.height - tile.y) {
+            let to = (tile.y + row) as usize * self.width as usize + tile.x as usize;
+            let from = (row * TILE) as usize;
+            self.colors[to..to + columns].copy_from_slice(&tile.colors[from..from + columns]);
+            self.depths[to..to + columns].copy_from_slice(&tile.depths[from..from + columns]);
+        }
+    }
+
+    pub(crate) fn into_image(self) -> Image {
+        let image = Image::new(self.width, self.height, self.colors);
+        let image = image.and_then(|image| image.with_depth(self.depths));
+        image.expect("as many pixels as a resolution that the scene has checked")
     }
 }
 

@@ -22,6 +22,10 @@ pub const OUTLIER: f32 = 2.0 / 255.0;
 /// outliers where a ray grazes a steep ramp, and early termination at 0.999 darkens by less than 0.001.
 pub const STEPPED: Tolerance = Tolerance { rmse: 0.002, bias: 0.001, outliers: 0.02 };
 
+/// Adaptive image interpolation against every pixel cast: the project's bound of 1 %; a filled cell is within 1 % where it
+/// is farthest from what is cast, and the other cells are exact. Errors of filled pixels have no preferred sign.
+pub const INTERPOLATED: Tolerance = Tolerance { rmse: 0.01, bias: 0.002, outliers: 1.0 };
+
 /// Two exact solutions, one of them in f32: rounding only.
 pub const EXACT: Tolerance = Tolerance { rmse: 1e-5, bias: 1e-5, outliers: 0.0 };
 

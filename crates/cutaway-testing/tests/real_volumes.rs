@@ -1,4 +1,5 @@
-//! The CPU engine against the reference on real volumes, in every mode, at a quarter of a voxel: the table of errors.
+//! The CPU engine against the reference on real volumes, in every mode, at a quarter of a voxel: the table of errors. And
+//! the engine with adaptive image interpolation against itself without.
 //!
 //! The two bundled samples are always there. The others are looked for in the folder that `CUTAWAY_DATA` names, or in
 //! `../shared/data` beside the repository; a test whose volume is not there shows as ignored.
@@ -10,12 +11,13 @@ use cutaway_core::histogram::{Histogram, default_for_mode};
 use cutaway_core::image::compare::compare;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{ImageInterpolation, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::volume::Volume;
 use cutaway_cpu::SimdChoice;
 use cutaway_io::samples::read_sample;
 use cutaway_io::volume::{ReadOptions, read_volume};
 use cutaway_testing::engines::cpu;
+use cutaway_testing::tolerances::INTERPOLATED;
 use libtest_mimic::{Arguments, Failed, Trial};
 
 /// The bound of the project: root mean square over pixels and channels at step 0.25.
@@ -73,8 +75,13 @@ fn against_reference(name: &str, volume: &Volume) -> Result<(), Failed> {
         (Mode::Minip, false),
         (Mode::Mean, false),
     ] {
-        let scene = scene(volume, mode, shade);
-        let c = compare(&reference::render(&scene), &cpu(&scene, SimdChoice::Auto, 0).0)?;
+        let image = cpu(&scene(volume, mode, shade, ImageInterpolation::Off), SimdChoice::Auto, 0).0;
+        let adaptive = cpu(&scene(volume, mode, shade, ImageInterpolation::Adaptive), SimdChoice::Auto, 0).0;
+        let interpolated = compare(&image, &adaptive)?.rmse;
+        if interpolated > INTERPOLATED.rmse {
+            return Err(format!("rmse {interpolated:.5} of interpolation, {}", mode.name()).into());
+        }
+        let c = compare(&reference::render(&scene(volume, mode, shade, ImageInterpolation::Off)), &image)?;
         let bias = c.bias.iter().fold(0.0f64, |a, b| if b.abs() > a.abs() { *b } else { a });
         let (rmse, largest) = (c.rmse, c.largest_difference);
         let mode = mode.name();
@@ -88,10 +95,11 @@ fn against_reference(name: &str, volume: &Volume) -> Result<(), Failed> {
     if worst <= bound { Ok(()) } else { Err(format!("rmse {worst:.5}, at most {bound}").into()) }
 }
 
-fn scene(volume: &Volume, mode: Mode, shade: bool) -> Scene<'_> {
+fn scene(volume: &Volume, mode: Mode, shade: bool, how: ImageInterpolation) -> Scene<'_> {
     let histogram = Histogram::new(volume, 256);
     let settings = RenderSettings {
         mode,
+        image_interpolation: how,
         step: 0.25,
         resolution: SIZE,
         // Halfway up what is not background.

@@ -22,7 +22,10 @@ pub(super) fn tile(kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
     for y in 0..TILE.min(frame.height - tile.y) {
         for x in 0..TILE.min(frame.width - tile.x) {
             let (px, py) = (tile.x + x, tile.y + y);
-            let mut surfaces = Surfaces::new(kernel, frame.rays.pixel(px, py), vanishing);
+            if !frame.wants((px, py), (1, 1)) {
+                continue;
+            }
+            let mut surfaces = Surfaces::new(kernel, frame.ray(px, py), vanishing);
             let Ray { origin, direction } = surfaces.ray_in_voxel;
             if let Some(inside) = intersect_box(origin, direction, frame.volume.extent()) {
                 tile.rays += 1;

@@ -92,6 +92,8 @@ impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
         let corners = (0..height)
             .step_by(BUNDLE as usize)
             .flat_map(|y| (0..width).step_by(BUNDLE as usize).map(move |x| (x, y)));
+        let (left, top) = (tile.x, tile.y);
+        let corners = corners.filter(|&(x, y)| frame.wants((left + x, top + y), (BUNDLE, BUNDLE)));
         if kernel.scene.settings().mode != Mode::Composite {
             let mut bundle = Bundle::<S, _>::new();
             for (x, y) in corners {
