@@ -15,6 +15,7 @@ use cutaway_core::value_ranges::BLOCK;
 use fearless_simd::Simd;
 
 use crate::classification::BlockMap;
+use crate::clipping::TileClip;
 use crate::packet::{Axis, Bounds, Packet, packet_shape};
 use crate::rays::Frame;
 
@@ -190,6 +191,8 @@ pub(crate) struct Member<S: Simd, T> {
     pub(crate) sum: T,
     /// Its first pixel in the image.
     pub(crate) pixel: (u32, u32),
+    /// Its number among the packets of the bundle.
+    pub(crate) index: usize,
     /// Its first step that has not been handed out.
     next: u32,
     /// Whether anything further on can still be seen.
@@ -206,36 +209,56 @@ pub(crate) struct Bundle<S: Simd, T> {
 
 impl<S: Simd, T: Copy> Bundle<S, T> {
     pub(crate) fn new() -> Self {
-        let packets = (BUNDLE * BUNDLE) as usize / Packet::<S>::LANES;
-        Self { axis: None, bounds: Bounds::default(), members: Vec::with_capacity(packets) }
+        Self { axis: None, bounds: Bounds::default(), members: Vec::with_capacity(Self::packets()) }
     }
 
-    /// Takes the packets of the pixels from `(x, y)` on that are within the image, wanted, and meet the volume.
+    /// Takes the packets of the pixels from `(x, y)` on that are wanted, within the image, and meet the volume; where it is
+    /// clipped, the pieces of a rank. `sum(i)` is what the `i`-th packet of the bundle has accumulated so far.
     #[inline(always)]
-    pub(crate) fn fill(&mut self, simd: S, frame: &Frame, (x, y): (u32, u32), sum: T) {
+    pub(crate) fn fill(
+        &mut self,
+        simd: S,
+        frame: &Frame,
+        (x, y): (u32, u32),
+        clip: Option<(&TileClip, usize)>,
+        sum: impl Fn(usize) -> T,
+    ) {
         self.members.clear();
         self.bounds = Bounds::default();
         let (width, height) = (BUNDLE.min(frame.width - x), BUNDLE.min(frame.height - y));
         self.axis = frame.common_axis(x, y, width, height);
-        let (columns, rows) = packet_shape(Packet::<S>::LANES);
-        for j in (0..height).step_by(rows as usize) {
-            for i in (0..width).step_by(columns as usize) {
-                if !frame.wants((x + i, y + j), (columns, rows)) {
+        let shape = packet_shape(Packet::<S>::LANES);
+        let mut number = 0;
+        for j in (0..BUNDLE).step_by(shape.1 as usize) {
+            for i in (0..BUNDLE).step_by(shape.0 as usize) {
+                let (pixel, index) = ((x + i, y + j), number);
+                number += 1;
+                if i >= width || j >= height || !frame.wants(pixel, shape) {
                     continue;
                 }
-                let packet = Packet::new(simd, frame, self.axis, x + i, y + j);
+                let kept = match clip {
+                    Some((clip, rank)) => Some(clip.lanes(pixel, shape, rank)),
+                    None => None,
+                };
+                let packet = Packet::new(simd, frame, self.axis, pixel, kept.as_ref());
                 if packet.bounds.hits {
                     self.bounds = self.bounds.union(&packet.bounds);
-                    self.members.push(Member { packet, sum, pixel: (x + i, y + j), next: 0, open: true });
+                    self.members.push(Member { packet, sum: sum(index), pixel, index, next: 0, open: true });
                 }
             }
         }
     }
 
+    /// Packets of a whole bundle.
+    pub(crate) fn packets() -> usize {
+        (BUNDLE * BUNDLE) as usize / Packet::<S>::LANES
+    }
+
     /// Hands out stretches, near ones first.
     ///
-    /// Each is longer by `margin` steps at both ends: for steps that see more than their middle. `blocks` says what is where; `take(packet, sum, stretch, what is there)` returns whether anything further on can
-    /// still be seen by the packet.
+    /// Each is longer by `margin` steps at both ends: for steps that see more than their middle. `blocks` says what is
+    /// where; `take(packet, sum, stretch, what is there)` returns whether anything further on can still be seen by the
+    /// packet.
     #[inline(always)]
     pub(crate) fn march(
         &mut self,
@@ -369,7 +392,7 @@ mod tests {
     impl LaneWork for March<'_> {
         fn run<S: Simd>(self, simd: S) {
             let mut bundle = Bundle::<S, u32>::new();
-            bundle.fill(simd, self.frame, self.at, 0);
+            bundle.fill(simd, self.frame, self.at, None, |_| 0);
             for (i, member) in bundle.members.iter_mut().enumerate() {
                 member.sum = i as u32;
             }

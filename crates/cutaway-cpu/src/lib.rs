@@ -22,6 +22,7 @@ mod bricks;
 mod bundle;
 mod cast;
 mod classification;
+mod clipping;
 mod lattice;
 mod normals;
 mod packet;

@@ -6,9 +6,11 @@
 //! level with their neighbours once they are inside. Sample `j` stands for the stretch `j..j + 1`, or `j..end` if that is
 //! shorter, and lies in its middle.
 
+use cutaway_core::clip::Impregnation;
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
+use crate::clipping::KeptLanes;
 use crate::rays::{Frame, PacketRays};
 use crate::simd::MAX_LANES;
 
@@ -42,8 +44,21 @@ pub(crate) struct Packet<S: Simd> {
     pub(crate) opacity_scale: S::f32s,
     /// The axis that all rays follow, if there is one.
     pub(crate) axis: Axis,
+    /// Where rays begin at a clip surface.
+    pub(crate) face: Option<FaceLanes<S>>,
     /// All rays, whether they meet the volume or not, seen from the common axis.
     pub(crate) bounds: Bounds,
+}
+
+/// The clip surfaces that the rays of a packet begin at.
+#[derive(Clone, Copy)]
+pub(crate) struct FaceLanes<S: Simd> {
+    /// Of a colour: the light's factor, and white that is added.
+    pub(crate) terms: (S::f32s, S::f32s),
+    /// By how much a step brings a ray deeper, in parts of the depth to which the surface lights samples.
+    pub(crate) depth_per_step: S::f32s,
+    /// 1 where there is a surface, else 0.
+    pub(crate) present: S::f32s,
 }
 
 /// What a packet covers, along the axis that its rays follow and across it. Positions along a descending axis are
@@ -75,25 +90,30 @@ impl<S: Simd> Packet<S> {
 
     /// The packet whose first pixel is `(x, y)`. Pixels beyond the image miss the volume.
     #[inline(always)]
-    pub(crate) fn new(simd: S, frame: &Frame, axis: Axis, x: u32, y: u32) -> Self {
+    pub(crate) fn new(
+        simd: S,
+        frame: &Frame,
+        axis: Axis,
+        (x, y): (u32, u32),
+        kept: Option<&KeptLanes>,
+    ) -> Self {
         let (column, row) = pixels_of_lanes(simd);
         let rays = frame.packet_rays(x, y);
         let beyond_x = column.simd_ge(frame.width.saturating_sub(x) as f32);
         let beyond_y = row.simd_ge(frame.height.saturating_sub(y) as f32);
         let extent = frame.volume.extent().as_vec3().to_array();
-        Self::of(simd, &rays, extent, axis, column, row, beyond_x | beyond_y)
+        Self::of(simd, &rays, extent, axis, (column, row), beyond_x | beyond_y, kept)
     }
 
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "the lanes' columns and rows come apart only for tests")]
-    pub(crate) fn of(
+    fn of(
         simd: S,
         rays: &PacketRays,
         extent: [f32; 3],
         axis: Axis,
-        column: S::f32s,
-        row: S::f32s,
+        (column, row): (S::f32s, S::f32s),
         left_out: <S::f32s as SimdBase<S>>::Mask,
+        kept: Option<&KeptLanes>,
     ) -> Self {
         let zero = S::f32s::splat(simd, 0.0);
         let across = column.mul_add(rays.tangent_per_pixel, rays.tangents[0]);
@@ -120,6 +140,12 @@ impl<S: Simd> Packet<S> {
             near = near.max(low);
             far = far.min(high);
         }
+        if let Some(kept) = kept {
+            let n = S::f32s::LEN;
+            let end = near + S::f32s::from_slice(simd, &kept.end[..n]);
+            near += S::f32s::from_slice(simd, &kept.begin[..n]);
+            far = far.min(end);
+        }
         let hits = near.simd_lt(far) & !left_out;
         let (near, total) = (hits.select(near, zero), hits.select(far - near, zero));
         let mut origin = [zero; 3];
@@ -136,6 +162,10 @@ impl<S: Simd> Packet<S> {
             world_step: S::f32s::splat(simd, rays.step_length),
             opacity_scale: S::f32s::splat(simd, 1.0),
             axis,
+            face: match kept {
+                Some(kept) => Some(FaceLanes::new(simd, kept)),
+                None => None,
+            },
             bounds: Bounds::default(),
         };
         packet.bounds.hits = hits.any_true();
@@ -151,6 +181,10 @@ impl<S: Simd> Packet<S> {
         let infinity = S::f32s::splat(simd, f32::INFINITY);
         packet.bounds.end = [hits.select(ends, infinity).reduce_min(), ends.reduce_max()];
         packet.bounds.whole = [packet.first.reduce_max().ceil() as u32, packet.bounds.end[0] as u32];
+        if kept.is_some() && !hits.all_true() {
+            // Rays that have nothing here may have more elsewhere: they are not closed but left out, step by step.
+            packet.bounds.whole = [u32::MAX, 0];
+        }
         packet
     }
 
@@ -255,10 +289,51 @@ impl<S: Simd> Packet<S> {
         [sx.mul_add(j, ox), sy.mul_add(j, oy), sz.mul_add(j, oz)]
     }
 
+    /// World distance of where each ray enters.
+    #[inline(always)]
+    pub(crate) fn entry(&self) -> S::f32s {
+        self.first.mul_add(self.world_step, self.t_origin)
+    }
+
     /// Rays that meet the volume.
     #[inline(always)]
     pub(crate) fn hits(&self) -> <S::f32s as SimdBase<S>>::Mask {
         self.end.simd_gt(0.0)
+    }
+}
+
+impl<S: Simd> FaceLanes<S> {
+    #[inline(always)]
+    fn new(simd: S, kept: &KeptLanes) -> Self {
+        let n = S::f32s::LEN;
+        let [factor, white, depth] = &kept.face;
+        Self {
+            terms: (S::f32s::from_slice(simd, &factor[..n]), S::f32s::from_slice(simd, &white[..n])),
+            depth_per_step: S::f32s::from_slice(simd, &depth[..n]),
+            present: S::f32s::from_slice(simd, &kept.has_face[..n]),
+        }
+    }
+
+    /// Light at `steps` of the scene behind the surfaces, where the volume's own is `terms`: see [`Impregnation`].
+    #[inline(always)]
+    pub(crate) fn impregnate(
+        &self,
+        simd: S,
+        kind: Impregnation,
+        steps: S::f32s,
+        (factor, white): (S::f32s, S::f32s),
+    ) -> (S::f32s, S::f32s) {
+        let (zero, one) = (S::f32s::splat(simd, 0.0), S::f32s::splat(simd, 1.0));
+        // An infinite depth at no distance is no number: where there is no surface there is no weight.
+        let depth = (steps * self.depth_per_step).min(1.0).max(0.0);
+        let weight = match kind {
+            Impregnation::Linear => one - depth,
+            Impregnation::Step => depth.simd_lt(1.0).select(one, zero),
+            Impregnation::None => zero,
+        };
+        let weight = self.present.simd_gt(0.0).select(weight, zero);
+        let (of_face, white_of_face) = self.terms;
+        (weight.mul_add(of_face - factor, factor), weight.mul_add(white_of_face - white, white))
     }
 }
 

@@ -151,6 +151,11 @@ impl<'a> Frame<'a> {
         Frame { mask: Some(mask), ..*self }
     }
 
+    /// Whether its pixels are those of the scene's image, not of a lattice.
+    pub(crate) fn is_full(&self) -> bool {
+        self.spacing == 1
+    }
+
     /// Whether any pixel of a rectangle is wanted.
     #[inline]
     pub(crate) fn wants(&self, at: (u32, u32), size: (u32, u32)) -> bool {

@@ -85,6 +85,8 @@ pub struct Statistics {
     pub samples: u64,
     /// Stretches of occupied blocks: along packets of rays, or along single rays for isosurfaces.
     pub segments: u64,
+    /// Lines through clip objects whose events did not balance and were repaired.
+    pub repaired: u64,
     /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1. Isosurfaces have no
     /// samples to skip: 0.
     pub skipped_fraction: f64,

@@ -19,6 +19,8 @@ pub(crate) struct Tile {
     pub(crate) samples: u64,
     pub(crate) runs: u64,
     pub(crate) rays: u64,
+    /// Lines through clip objects whose events did not balance.
+    pub(crate) repaired: u64,
     /// Samples that a ray casting without any skipping would take.
     pub(crate) samples_without_skipping: u64,
 }
@@ -34,6 +36,7 @@ impl Tile {
             samples: 0,
             runs: 0,
             rays: 0,
+            repaired: 0,
             samples_without_skipping: 0,
         }
     }
@@ -45,6 +48,7 @@ pub(crate) struct Tally {
     samples: u64,
     runs: u64,
     rays: u64,
+    repaired: u64,
     samples_without_skipping: u64,
 }
 
@@ -53,13 +57,15 @@ impl Tally {
         self.samples += tile.samples;
         self.runs += tile.runs;
         self.rays += tile.rays;
+        self.repaired += tile.repaired;
         self.samples_without_skipping += tile.samples_without_skipping;
     }
 
     pub(crate) fn statistics(&self) -> Statistics {
         let all = self.samples_without_skipping;
         let skipped_fraction = if all > 0 { 1.0 - self.samples as f64 / all as f64 } else { 0.0 };
-        Statistics { rays: self.rays, samples: self.samples, segments: self.runs, skipped_fraction }
+        let Self { rays, samples, runs: segments, repaired, .. } = *self;
+        Statistics { rays, samples, segments, repaired, skipped_fraction }
     }
 }
 

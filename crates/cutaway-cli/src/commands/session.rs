@@ -10,7 +10,6 @@ use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
 use crate::args::{SceneArgs, Simd};
-use crate::report::wrong_use;
 use crate::scene::Prepared;
 
 pub(crate) struct Session<'a> {
@@ -58,7 +57,6 @@ enum Running {
 impl<'a> Session<'a> {
     pub(crate) fn new(prepared: &'a Prepared, args: &SceneArgs) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
-        refuse_clipping(&scene)?;
         let started = Instant::now();
         let mut classify_ms = 0.0;
         let engine = match scene.settings().engine {
@@ -123,16 +121,6 @@ impl<'a> Session<'a> {
             gpu_bytes: None,
             triangles_or_tetrahedra: None,
         }
-    }
-}
-
-/// Only the reference engine can clip so far.
-fn refuse_clipping(scene: &Scene) -> anyhow::Result<()> {
-    match scene.settings().engine {
-        Engine::Auto | Engine::Cpu if scene.clip().is_some() => Err(wrong_use(
-            "the cpu engine cannot clip in this version of cutaway; add --engine reference (slow and exact)",
-        )),
-        _ => Ok(()),
     }
 }
 

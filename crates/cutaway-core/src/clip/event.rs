@@ -28,7 +28,9 @@ pub struct Event {
 ///
 /// Lines are given in the solid's own *object* space, where their direction need not have unit length: `t` is the same
 /// as on the line in the world.
-pub trait Solid: Send + Sync + std::fmt::Debug {
+///
+/// [`Any`](std::any::Any): an engine may know a faster way to the events of a kind of solid than line by line.
+pub trait Solid: std::any::Any + Send + Sync + std::fmt::Debug {
     /// Appends all events along the whole line of `ray_in_object`, before its origin too, in any order. Every crossing
     /// comes exactly once: a line through an edge that two triangles share crosses one of them.
     fn events(&self, ray_in_object: &Ray, events: &mut Vec<Event>);

@@ -150,6 +150,11 @@ impl FlatClip {
         &self.leaves
     }
 
+    /// Whether what is outside all objects is kept: all of a ray that meets none.
+    pub fn keeps_outside(&self) -> bool {
+        self.outside.kept
+    }
+
     /// Puts a state outside all objects.
     pub(super) fn reset(&self, state: &mut State) {
         state.true_inputs.clone_from(&self.outside.true_inputs);

@@ -3,9 +3,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use super::{Kernel, pixel_of_lane};
-use crate::bundle::{Bundle, Member, Stretch};
+use super::{Kernel, count_rays, pixel_of_lane};
+use crate::bundle::{BUNDLE, Bundle, Member, Stretch};
 use crate::classification::cast_piece;
+use crate::clipping::TileClip;
 use crate::packet::Packet;
 use crate::rays::Frame;
 use crate::sample::{Grid, LaneVoxel};
@@ -56,7 +57,7 @@ pub(super) trait StretchCaster {
     ) -> (u64, bool);
 }
 
-/// Casts the packets of a bundle and writes their pixels.
+/// Casts the packets of a bundle and writes their pixels. Where rays are clipped they are cast piece by piece.
 #[inline(always)]
 pub(super) fn bundle<S: Simd>(
     simd: S,
@@ -64,21 +65,63 @@ pub(super) fn bundle<S: Simd>(
     frame: &Frame,
     caster: &impl StretchCaster,
     bundle: &mut Bundle<S, Accumulated<S>>,
+    clip: Option<&TileClip>,
     at: (u32, u32),
     tile: &mut Tile,
 ) {
     let zero = S::f32s::splat(simd, 0.0);
     let one = S::f32s::splat(simd, 1.0);
-    let nothing = Accumulated {
-        color: [zero; 3],
-        transmittance: one,
-        half: Half { before: one, after: one, begin: one * f32::INFINITY, length: zero },
-    };
-    bundle.fill(simd, frame, at, nothing);
-    for member in &mut bundle.members {
-        // Rays that miss the volume are closed from the start.
-        member.sum.transmittance = member.packet.hits().select(one, zero);
+    let half = Half { before: one, after: one, begin: one, length: zero };
+    let nothing = Accumulated { color: [zero; 3], transmittance: one, half };
+    let ranks = clip.map_or(1, |clip| clip.most(at, BUNDLE));
+    let mut sums = vec![nothing; if clip.is_some() { Bundle::<S, Accumulated<S>>::packets() } else { 0 }];
+    for rank in 0..ranks {
+        match clip {
+            Some(clip) => bundle.fill(simd, frame, at, Some((clip, rank)), |i| sums[i]),
+            None => bundle.fill(simd, frame, at, None, |_| nothing),
+        }
+        for member in &mut bundle.members {
+            member.sum.half = half;
+            if clip.is_some() {
+                draw_faces(simd, kernel, member);
+            } else {
+                // Rays that miss the volume are closed from the start.
+                member.sum.transmittance = member.packet.hits().select(one, zero);
+            }
+        }
+        march(simd, kernel, caster, bundle, tile);
+        count_rays(bundle, tile, rank == 0);
+        for member in &bundle.members {
+            write(simd, member, tile);
+            if clip.is_some() {
+                sums[member.index] = member.sum;
+            }
+        }
     }
+}
+
+/// Draws the clip surfaces that rays begin at, white and lit, with the opacity of the overlay.
+#[inline(always)]
+fn draw_faces<S: Simd>(simd: S, kernel: &Kernel, member: &mut Member<S, Accumulated<S>>) {
+    let opacity = kernel.scene.clip_shading().overlay as f32;
+    if let (Some(face), true) = (&member.packet.face, opacity > 0.0) {
+        let open = member.packet.hits() & member.sum.transmittance.simd_ge(kernel.opaque_below);
+        let alpha = open.select(face.present * opacity, S::f32s::splat(simd, 0.0));
+        let white = (face.terms.0 + face.terms.1) * alpha;
+        let length = S::f32s::splat(simd, 1e-6);
+        composite(simd, &mut member.sum, [white; 3], alpha, member.packet.first, length);
+    }
+}
+
+/// Casts the packets that a bundle holds.
+#[inline(always)]
+fn march<S: Simd>(
+    simd: S,
+    kernel: &Kernel,
+    caster: &impl StretchCaster,
+    bundle: &mut Bundle<S, Accumulated<S>>,
+    tile: &mut Tile,
+) {
     let (mut samples, mut runs) = (0, 0);
     bundle.march(
         &kernel.classification.blocks,
@@ -93,9 +136,6 @@ pub(super) fn bundle<S: Simd>(
     );
     tile.samples += samples;
     tile.runs += runs;
-    for member in &bundle.members {
-        write(simd, member, tile);
-    }
 }
 
 /// Plain steps: the value in the middle stands for each.
@@ -251,7 +291,12 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         if let Some((shading, light)) = &self.light {
             let (value, gradient) = grid.value_and_gradient(simd, &at);
             index = self.caster.kernel.classification.table_index(simd, value);
-            lit = Some(shading.terms(simd, light, gradient));
+            let mut terms = shading.terms(simd, light, gradient);
+            if let Some(face) = &self.packet.face {
+                let kind = self.caster.kernel.scene.clip_shading().impregnation;
+                terms = face.impregnate(simd, kind, middle - self.packet.first, terms);
+            }
+            lit = Some(terms);
         }
         let [r, g, b, alpha] = colors.columns(simd, index);
         Some((lit_by::<S>([r, g, b], lit), alpha))

@@ -14,10 +14,11 @@ use cutaway_core::segment::Segment;
 use cutaway_core::volume::Volume;
 
 use super::Kernel;
+use crate::clipping::{Face, Kept, TileClip};
 use crate::rays::Frame;
 use crate::tiles::{TILE, Tile};
 
-pub(super) fn tile(kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
+pub(super) fn tile(kernel: &Kernel, frame: &Frame, clip: Option<&TileClip>, tile: &mut Tile) {
     let vanishing = field::vanishing_gradient(frame.volume);
     for y in 0..TILE.min(frame.height - tile.y) {
         for x in 0..TILE.min(frame.width - tile.x) {
@@ -28,8 +29,16 @@ pub(super) fn tile(kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
             let mut surfaces = Surfaces::new(kernel, frame.ray(px, py), vanishing);
             let Ray { origin, direction } = surfaces.ray_in_voxel;
             if let Some(inside) = intersect_box(origin, direction, frame.volume.extent()) {
-                tile.rays += 1;
-                surfaces.cast(kernel, inside, tile);
+                match clip.map(|clip| clip.pixel((px, py))) {
+                    None => {
+                        tile.rays += 1;
+                        surfaces.cast(kernel, inside, tile);
+                    }
+                    Some(pieces) => {
+                        tile.rays += u64::from(!pieces.is_empty());
+                        surfaces.pieces(kernel, inside, pieces, tile);
+                    }
+                }
                 let pixel = (y * TILE + x) as usize;
                 tile.colors[pixel] = surfaces.premultiplied();
                 tile.depths[pixel] = surfaces.depth as f32;
@@ -78,8 +87,59 @@ impl<'a> Surfaces<'a> {
         [r, g, b, 1.0 - self.transmittance].map(|c| c as f32)
     }
 
-    fn cast(&mut self, kernel: &Kernel, inside: Segment, tile: &mut Tile) {
-        let Some(occupancy) = &kernel.classification.occupancy else { return };
+    /// Casts what is kept of a ray, piece by piece.
+    fn pieces(&mut self, kernel: &Kernel, inside: Segment, pieces: &[Kept], tile: &mut Tile) {
+        for piece in pieces {
+            let segment = piece.segment.unwrap_or(inside);
+            self.above.clear();
+            if let Some(face) = &piece.face {
+                self.face(face, segment.t_near());
+            }
+            if self.is_opaque() || self.cast(kernel, segment, tile) {
+                return;
+            }
+        }
+    }
+
+    /// Draws the clip surface that a piece begins at, and what it closes: of what is cut open, the innermost isosurface
+    /// shows on the cut.
+    fn face(&mut self, face: &Face, t: f64) {
+        let shading = self.scene.clip_shading();
+        let terms = (f64::from(face.terms.0), f64::from(face.terms.1));
+        if shading.overlay > 0.0 {
+            self.add([1.0; 3], terms, shading.overlay, t);
+        }
+        if shading.cap {
+            let Ray { origin, direction } = self.ray_in_voxel;
+            let p = (origin + direction * t).clamp(DVec3::ZERO, self.volume.extent());
+            let (cell, within) = field::cell_of(self.volume, p);
+            let value = field::trilinear(&field::corner_values(self.volume, cell), within);
+            let settings = self.scene.settings();
+            let level = settings.iso.iter().copied().filter(|level| value >= *level).reduce(f64::max);
+            if let Some(level) = level {
+                let (color, _) = self.scene.transfer_function().evaluate(level);
+                self.add(color, terms, settings.iso_opacity, t);
+            }
+        }
+    }
+
+    /// Adds a surface behind those there are.
+    fn add(&mut self, color: [f64; 3], (factor, white): (f64, f64), opacity: f64, t: f64) {
+        let weight = self.transmittance * opacity;
+        for (sum, color) in self.color.iter_mut().zip(color) {
+            *sum += weight * (color * factor + white);
+        }
+        self.transmittance -= weight;
+        self.depth = self.depth.min(t);
+    }
+
+    fn is_opaque(&self) -> bool {
+        1.0 - self.transmittance >= self.scene.settings().early_termination
+    }
+
+    /// Casts a stretch of the ray; true once nothing behind can be seen.
+    fn cast(&mut self, kernel: &Kernel, inside: Segment, tile: &mut Tile) -> bool {
+        let Some(occupancy) = &kernel.classification.occupancy else { return true };
         let Ray { origin, direction } = self.ray_in_voxel;
         // The walk's own distances begin at the volume: from a far eye, f32 would not tell cells apart.
         let (t_entry, t_exit) = (inside.t_near(), inside.t_far());
@@ -94,10 +154,11 @@ impl<'a> Surfaces<'a> {
             let t0 = (t_entry + f64::from(begin) - sliver).max(reached);
             let t1 = (t_entry + f64::from(end) + sliver).min(t_exit);
             if self.cells(t0, t1, tile) {
-                return;
+                return true;
             }
             reached = t1.max(reached);
         }
+        false
     }
 
     /// Goes through the cells between two distances; true once nothing behind can be seen.
@@ -169,13 +230,8 @@ impl<'a> Surfaces<'a> {
     fn hit(&mut self, t: f64, level: f64) -> bool {
         let (color, _) = self.scene.transfer_function().evaluate(level);
         let (factor, white) = self.light(t);
-        let weight = self.transmittance * self.scene.settings().iso_opacity;
-        for (sum, color) in self.color.iter_mut().zip(color) {
-            *sum += weight * (color * factor + white);
-        }
-        self.transmittance -= weight;
-        self.depth = self.depth.min(t);
-        1.0 - self.transmittance >= self.scene.settings().early_termination
+        self.add(color, (factor, white), self.scene.settings().iso_opacity, t);
+        self.is_opaque()
     }
 
     fn light(&self, t: f64) -> (f64, f64) {

@@ -17,6 +17,7 @@ use fearless_simd::{Level, Simd};
 
 use crate::bundle::{BUNDLE, Bundle};
 use crate::classification::Classification;
+use crate::clipping::{ClipFrame, TileClip};
 use crate::packet::{Packet, packet_shape};
 use crate::rays::Frame;
 use crate::renderer::CpuVolume;
@@ -36,6 +37,8 @@ pub(crate) struct Kernel<'a> {
     shading: Option<Shading>,
     /// Transmittance below which a ray ends.
     opaque_below: f32,
+    /// What is kept of rays, where the scene is clipped.
+    clip: Option<ClipFrame<'a>>,
     /// The voxels in bricks, where the scene asks for them.
     bricks: Option<&'a Voxels>,
 }
@@ -52,24 +55,27 @@ impl<'a> Kernel<'a> {
             Layout::Linear => None,
             Layout::Bricks => volume.bricks(scene.volume()),
         };
-        Self { scene, volume, classification, shading, opaque_below, bricks }
+        Self { scene, volume, classification, shading, opaque_below, clip: ClipFrame::new(scene), bricks }
     }
 }
 
 /// Casts the tile whose top left pixel is `(x, y)`.
 pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, x: u32, y: u32) -> Tile {
     let mut tile = Tile::new(x, y);
+    let clip = kernel.clip.as_ref().map(|clip| clip.tile(frame, &tile));
+    tile.repaired = clip.as_ref().map_or(0, |clip| clip.repaired);
+    let clip = clip.as_ref();
     if kernel.scene.settings().mode == Mode::Iso {
-        isosurface::tile(kernel, frame, &mut tile);
+        isosurface::tile(kernel, frame, clip, &mut tile);
     } else {
         match kernel.bricks {
             Some(bricks) => with_voxels!(bricks, voxels => {
                 let grid = Grid::bricked(frame.volume, voxels);
-                dispatch(level, TileBundles { kernel, frame, grid, tile: &mut tile });
+                dispatch(level, TileBundles { kernel, frame, grid, clip, tile: &mut tile });
             }),
             None => with_voxels!(frame.volume.voxels(), voxels => {
                 let grid = Grid::new(frame.volume, voxels);
-                dispatch(level, TileBundles { kernel, frame, grid, tile: &mut tile });
+                dispatch(level, TileBundles { kernel, frame, grid, clip, tile: &mut tile });
             }),
         }
     }
@@ -81,13 +87,14 @@ struct TileBundles<'a, T> {
     kernel: &'a Kernel<'a>,
     frame: &'a Frame<'a>,
     grid: Grid<'a, T>,
+    clip: Option<&'a TileClip>,
     tile: &'a mut Tile,
 }
 
 impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { kernel, frame, grid, tile } = self;
+        let Self { kernel, frame, grid, clip, tile } = self;
         let (width, height) = (TILE.min(frame.width - tile.x), TILE.min(frame.height - tile.y));
         let corners = (0..height)
             .step_by(BUNDLE as usize)
@@ -98,13 +105,12 @@ impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
             let mut bundle = Bundle::<S, _>::new();
             for (x, y) in corners {
                 let at = (tile.x + x, tile.y + y);
-                projection::bundle(simd, kernel, frame, grid, &mut bundle, at, tile);
-                count_rays(&bundle, tile);
+                projection::bundle(simd, kernel, frame, grid, &mut bundle, clip, at, tile);
             }
         } else if refined::wanted(kernel) {
-            composites(simd, kernel, frame, &Refined::new(kernel, grid), corners, tile);
+            composites(simd, kernel, frame, &Refined::new(kernel, grid), corners, clip, tile);
         } else {
-            composites(simd, kernel, frame, &Caster::new(kernel, grid), corners, tile);
+            composites(simd, kernel, frame, &Caster::new(kernel, grid), corners, clip, tile);
         }
     }
 }
@@ -116,21 +122,24 @@ fn composites<S: Simd>(
     frame: &Frame,
     caster: &impl StretchCaster,
     corners: impl Iterator<Item = (u32, u32)>,
+    clip: Option<&TileClip>,
     tile: &mut Tile,
 ) {
     let mut bundle = Bundle::new();
     for (x, y) in corners {
         let at = (tile.x + x, tile.y + y);
-        composite::bundle(simd, kernel, frame, caster, &mut bundle, at, tile);
-        count_rays(&bundle, tile);
+        composite::bundle(simd, kernel, frame, caster, &mut bundle, clip, at, tile);
     }
 }
 
+/// Counts the rays of a bundle, if these are not further pieces of rays that were counted, and their samples.
 #[inline(always)]
-fn count_rays<S: Simd, T>(bundle: &Bundle<S, T>, tile: &mut Tile) {
+fn count_rays<S: Simd, T>(bundle: &Bundle<S, T>, tile: &mut Tile, first: bool) {
     for member in &bundle.members {
         let packet = &member.packet;
-        tile.rays += u64::from(packet.hits().to_bitmask().count_ones());
+        if first {
+            tile.rays += u64::from(packet.hits().to_bitmask().count_ones());
+        }
         let samples = (packet.end - packet.first).ceil();
         tile.samples_without_skipping += samples.as_slice().iter().sum::<f32>() as u64;
     }

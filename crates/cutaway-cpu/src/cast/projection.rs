@@ -4,21 +4,30 @@ use cutaway_core::scene::{Mode, SpaceSkipping};
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase};
 
-use super::{Kernel, pixel_of_lane};
-use crate::bundle::{Bundle, Member, Stretch};
+use super::{Kernel, count_rays, pixel_of_lane};
+use crate::bundle::{BUNDLE, Bundle, Member, Stretch};
+use crate::clipping::TileClip;
 use crate::packet::Packet;
 use crate::rays::Frame;
 use crate::sample::{Grid, LaneVoxel};
 use crate::tiles::Tile;
 
-/// Per lane: the projected stored number so far, and where along the ray it stands, in steps.
+/// What a packet has accumulated.
 #[derive(Clone, Copy)]
 pub(super) struct Projected<S: Simd> {
+    /// Extrema: the stored number, times the sign. Mean: the sum of stored numbers times lengths.
     stored: S::f32s,
+    /// Where the extremum stands along the piece of the ray at hand, in steps; below 0 where it was found elsewhere.
     at: S::f32s,
+    /// Mean: the length so far, in steps.
+    length: S::f32s,
+    /// World distance of the extremum, or of where the mean begins.
+    depth: S::f32s,
+    /// The clip surfaces that are drawn: their white, premultiplied, and how much shows of what is behind them.
+    overlay: (S::f32s, S::f32s),
 }
 
-/// Casts the packets of a bundle and writes their pixels.
+/// Casts the packets of a bundle and writes their pixels. Where rays are clipped they are cast piece by piece.
 #[inline(always)]
 pub(super) fn bundle<S: Simd, T: LaneVoxel>(
     simd: S,
@@ -26,40 +35,90 @@ pub(super) fn bundle<S: Simd, T: LaneVoxel>(
     frame: &Frame,
     grid: Grid<'_, T>,
     bundle: &mut Bundle<S, Projected<S>>,
+    clip: Option<&TileClip>,
     at: (u32, u32),
     tile: &mut Tile,
 ) {
-    let rescale = frame.volume.rescale();
-    let zero = S::f32s::splat(simd, 0.0);
-    if kernel.scene.settings().mode == Mode::Mean {
-        bundle.fill(simd, frame, at, Projected { stored: zero, at: zero });
-        for member in &mut bundle.members {
-            mean(simd, grid, member, tile);
+    let splat = |v: f32| S::f32s::splat(simd, v);
+    let mode = kernel.scene.settings().mode;
+    // A falling rescale turns the greatest value into the least stored number.
+    let greatest = (mode == Mode::Mip) == (frame.volume.rescale().slope > 0.0);
+    let sign = if greatest || mode == Mode::Mean { 1.0 } else { -1.0 };
+    let nothing = Projected {
+        stored: splat(if mode == Mode::Mean { 0.0 } else { f32::NEG_INFINITY }),
+        at: splat(-1.0),
+        length: splat(0.0),
+        depth: splat(f32::INFINITY),
+        overlay: (splat(0.0), splat(1.0)),
+    };
+    let ranks = clip.map_or(1, |clip| clip.most(at, BUNDLE));
+    let mut sums = vec![nothing; if clip.is_some() { Bundle::<S, Projected<S>>::packets() } else { 0 }];
+    for rank in 0..ranks {
+        match clip {
+            Some(clip) => bundle.fill(simd, frame, at, Some((clip, rank)), |i| sums[i]),
+            None => bundle.fill(simd, frame, at, None, |_| nothing),
         }
-    } else {
-        // A falling rescale turns the greatest value into the least stored number.
-        let greatest = (kernel.scene.settings().mode == Mode::Mip) == (rescale.slope > 0.0);
-        let none = S::f32s::splat(simd, f32::NEG_INFINITY);
-        bundle.fill(simd, frame, at, Projected { stored: none, at: zero });
-        extremum(simd, kernel, grid, bundle, tile, if greatest { 1.0 } else { -1.0 });
-    }
-    for member in &bundle.members {
-        write(kernel, frame, member, tile);
+        for member in &mut bundle.members {
+            member.sum.at = splat(-1.0);
+            draw_faces(simd, kernel, member);
+        }
+        if mode == Mode::Mean {
+            for member in &mut bundle.members {
+                mean(simd, grid, member, tile);
+            }
+        } else {
+            extremum(simd, kernel, grid, bundle, tile, sign);
+        }
+        count_rays(bundle, tile, rank == 0);
+        for member in &bundle.members {
+            write(kernel, frame, member, tile, sign);
+            if clip.is_some() {
+                sums[member.index] = member.sum;
+            }
+        }
     }
 }
 
-fn write<S: Simd>(kernel: &Kernel, frame: &Frame, member: &Member<S, Projected<S>>, tile: &mut Tile) {
+/// Draws the clip surfaces that rays begin at. A projection has no front and back: they lie before it.
+#[inline(always)]
+fn draw_faces<S: Simd>(simd: S, kernel: &Kernel, member: &mut Member<S, Projected<S>>) {
+    let opacity = kernel.scene.clip_shading().overlay as f32;
+    if let (Some(face), true) = (&member.packet.face, opacity > 0.0) {
+        let alpha = member.packet.hits().select(face.present * opacity, S::f32s::splat(simd, 0.0));
+        let (white, left) = &mut member.sum.overlay;
+        let weight = *left * alpha;
+        *white = weight.mul_add(face.terms.0 + face.terms.1, *white);
+        *left -= weight;
+    }
+}
+
+fn write<S: Simd>(
+    kernel: &Kernel,
+    frame: &Frame,
+    member: &Member<S, Projected<S>>,
+    tile: &mut Tile,
+    sign: f32,
+) {
     let Member { packet, sum, pixel, .. } = member;
     let rescale = frame.volume.rescale();
     let hits = packet.hits().to_bitmask();
+    let of_lane = |v: &S::f32s, l: usize| f64::from(v.as_slice()[l]);
     for l in 0..Packet::<S>::LANES {
         if hits >> l & 1 == 1 {
-            let value = rescale.value(f64::from(sum.stored[l]));
-            let ([r, g, b], a) = kernel.scene.transfer_function().evaluate(value);
+            let stored = match kernel.scene.settings().mode {
+                Mode::Mean => of_lane(&sum.stored, l) / of_lane(&sum.length, l),
+                _ => of_lane(&sum.stored, l) * f64::from(sign),
+            };
+            let ([r, g, b], a) = kernel.scene.transfer_function().evaluate(rescale.value(stored));
+            let (white, left) = (of_lane(&sum.overlay.0, l), of_lane(&sum.overlay.1, l));
             let pixel = pixel_of_lane::<S>(tile, *pixel, l);
-            tile.colors[pixel] = [r * a, g * a, b * a, a].map(|c| c as f32);
+            let color = [r, g, b].map(|c| (white + left * c * a) as f32);
+            tile.colors[pixel] = [color[0], color[1], color[2], (1.0 - left + left * a) as f32];
             if a > 0.0 {
-                tile.depths[pixel] = packet.t_origin[l] + sum.at[l] * packet.world_step[l];
+                tile.depths[pixel] = sum.depth[l];
+            } else if left < 1.0 {
+                // Of what is drawn, the nearest surface.
+                tile.depths[pixel] = tile.depths[pixel].min(packet.entry()[l]);
             }
         }
     }
@@ -101,6 +160,9 @@ fn extremum<S: Simd, T: LaneVoxel>(
     );
     for member in &mut bundle.members {
         close_in(simd, grid, member, sign);
+        let Member { packet, sum, .. } = member;
+        let found_here = sum.at.simd_ge(0.0);
+        sum.depth = found_here.select(sum.at.mul_add(packet.world_step, packet.t_origin), sum.depth);
     }
     tile.samples += samples;
     tile.runs += runs;
@@ -129,7 +191,7 @@ fn greatest_of_stretch<S: Simd, T: LaneVoxel>(
         best = better.select(value, best);
         at = better.select(middle, at);
     }
-    *sum = Projected { stored: best, at };
+    (sum.stored, sum.at) = (best, at);
     samples
 }
 
@@ -142,7 +204,7 @@ fn least_of_hit<S: Simd>(simd: S, packet: &Packet<S>, sum: &Projected<S>) -> (f3
     (least, hits.select(sum.at, splat(0.0)).reduce_max())
 }
 
-/// The extremum lies between samples: closes in on it from the best one.
+/// The extremum lies between samples: closes in on it from the best one, where that was found in this piece of a ray.
 #[inline(always)]
 fn close_in<S: Simd, T: LaneVoxel>(
     simd: S,
@@ -151,21 +213,21 @@ fn close_in<S: Simd, T: LaneVoxel>(
     sign: f32,
 ) {
     let Member { packet, sum, .. } = member;
+    let found_here = sum.at.simd_ge(0.0);
     for reach in [0.5, 0.25, 0.125, 0.0625] {
         let center = sum.at;
         for offset in [-reach, reach] {
             let j = (center + offset).max(packet.first).min(packet.end);
             let position = grid.locate(simd, packet.position(j));
             let value = grid.value(simd, &position) * sign;
-            let better = value.simd_gt(sum.stored);
+            let better = found_here & value.simd_gt(sum.stored);
             sum.stored = better.select(value, sum.stored);
             sum.at = better.select(j, sum.at);
         }
     }
-    sum.stored *= sign;
 }
 
-/// The mean stored number; the last, shorter step of a ray counts for its length.
+/// The mean stored number; the last, shorter step of a piece counts for its length.
 #[inline(always)]
 fn mean<S: Simd, T: LaneVoxel>(
     simd: S,
@@ -173,9 +235,8 @@ fn mean<S: Simd, T: LaneVoxel>(
     member: &mut Member<S, Projected<S>>,
     tile: &mut Tile,
 ) {
-    let packet = &member.packet;
+    let Member { packet, sum, .. } = member;
     let zero = S::f32s::splat(simd, 0.0);
-    let mut sum = zero;
     tile.runs += 1;
     for j in 0..packet.bounds.end[1].ceil() as u32 {
         let (middle, length) = packet.sample(simd, j);
@@ -183,7 +244,8 @@ fn mean<S: Simd, T: LaneVoxel>(
         let value = grid.value(simd, &position);
         let inside = length.simd_gt(0.0);
         tile.samples += u64::from(inside.to_bitmask().count_ones());
-        sum += inside.select(value * length, zero);
+        sum.stored += inside.select(value * length, zero);
+        sum.length += inside.select(length, zero);
     }
-    member.sum = Projected { stored: sum / (packet.end - packet.first), at: packet.first };
+    sum.depth = sum.depth.min(packet.hits().select(packet.entry(), sum.depth));
 }

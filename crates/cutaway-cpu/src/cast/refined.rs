@@ -212,9 +212,24 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
     fn look(&self, simd: S, j: S::f32s, plane: Option<OnPlane>) -> Look<S> {
         let at = self.caster.grid.locate(simd, self.packet.position(j));
         let (value, lit) = self.value_and_light(simd, &at, plane);
+        let lit = self.impregnated(simd, j, lit);
         let index = self.caster.kernel.classification.table_index(simd, value);
         let [r, g, b, depth] = self.caster.depths.columns(simd, index);
         Look { color: lit_by::<S>([r, g, b], lit), depth }
+    }
+
+    /// Light at step `j` of each ray, with that of the clip surface it began at.
+    #[inline(always)]
+    fn impregnated(
+        &self,
+        simd: S,
+        j: S::f32s,
+        lit: Option<(S::f32s, S::f32s)>,
+    ) -> Option<(S::f32s, S::f32s)> {
+        let (Some(face), Some(terms)) = (&self.packet.face, lit) else { return lit };
+        let kind = self.caster.kernel.scene.clip_shading().impregnation;
+        let steps = (j - self.packet.first) * self.packet.opacity_scale;
+        Some(face.impregnate(simd, kind, steps, terms))
     }
 
     /// Kept as one function of its own: written out wherever it is called it would take minutes to compile.
@@ -323,9 +338,10 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         let mut lights = [None; 2];
         for k in 0..2 {
             let share = if k == 0 { POINT } else { 1.0 - POINT };
-            let at =
-                self.caster.grid.locate(simd, self.packet.position(part.length.mul_add(share, part.begin)));
-            (values[k], lights[k]) = self.value_and_light(simd, &at, None);
+            let j = part.length.mul_add(share, part.begin);
+            let at = self.caster.grid.locate(simd, self.packet.position(j));
+            let (value, lit) = self.value_and_light(simd, &at, None);
+            (values[k], lights[k]) = (value, self.impregnated(simd, j, lit));
         }
         let line = |a: S::f32s, b: S::f32s| {
             let beyond = (b - a) * BEYOND;
