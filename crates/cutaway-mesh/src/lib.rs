@@ -4,5 +4,6 @@
 #![forbid(unsafe_code)]
 
 mod mesh;
+pub mod patches;
 
 pub use mesh::{MeshError, TriangleMesh};
