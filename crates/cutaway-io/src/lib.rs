@@ -8,5 +8,6 @@ pub mod atomic;
 pub mod image;
 pub mod json;
 pub mod limits;
+pub mod patches;
 pub mod samples;
 pub mod volume;

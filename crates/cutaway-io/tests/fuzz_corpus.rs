@@ -38,3 +38,8 @@ fn metaimage() {
 fn raw() {
     replay("raw", bodies::raw);
 }
+
+#[test]
+fn patches() {
+    replay("patches", bodies::patches);
+}

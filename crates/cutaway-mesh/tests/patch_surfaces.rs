@@ -289,10 +289,7 @@ fn what_is_wrong_is_said() {
     let points = vec![DVec3::ZERO; 16];
     let indices = |k| [k; 16];
     let error = PatchSet::bicubic(Basis::Bezier, &points, &[indices(3), indices(16)]).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "patch 1 names point 16 as its 0th (all counted from 0); there are 16 points"
-    );
+    assert_eq!(error.to_string(), "entry 0 of patch 1 is point 16; there are 16 points (all counted from 0)");
     for (bad, shown) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (1e31, "1e31")] {
         let mut points = points.clone();
         points[7].y = bad;

@@ -21,7 +21,7 @@
 
 mod ascii;
 mod detached;
-mod error;
+pub(crate) mod error;
 mod fields;
 mod format;
 mod layout;

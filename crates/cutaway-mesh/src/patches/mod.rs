@@ -58,7 +58,7 @@ pub const MAX_WEIGHT_RATIO: f64 = 1e6;
 pub enum PatchError {
     /// A patch names a point that is not there.
     #[error(
-        "patch {patch} names point {found} as its {place}th (all counted from 0); there are {points} points"
+        "entry {place} of patch {patch} is point {found}; there are {points} points (all counted from 0)"
     )]
     Index {
         /// Which patch.

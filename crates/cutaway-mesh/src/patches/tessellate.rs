@@ -23,6 +23,9 @@ const MAX_SEGMENTS: u32 = 1 << 15;
 /// coordinate: half a unit in the last place of each coordinate, and again half a unit.
 const ROUNDING: f64 = 2.75 / (1 << 24) as f64;
 
+/// The same for coordinates so small that single precision spaces them evenly: twice their distance.
+const SMALLEST: f64 = 3e-45;
+
 /// The finest tolerance, in units of that.
 const FINEST: f64 = 4.0;
 
@@ -125,6 +128,8 @@ pub struct Tessellated {
     pub boundary_loops: Vec<Vec<u32>>,
     /// Mesh edges with more than two triangles.
     pub non_manifold_edges: usize,
+    /// How many patches there were.
+    pub patches: usize,
     /// Patches that were turned to face the same way as their neighbours, and outwards.
     pub turned_patches: usize,
     /// Boundary curves at which neighbours face different ways whatever is turned: the surface has one side only.
@@ -137,8 +142,10 @@ impl Tessellated {
         let mut notices = Vec::new();
         let plural = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
         if self.turned_patches > 0 {
-            let patches = plural(self.turned_patches, "patch was", "patches were");
-            notices.push(format!("{patches} turned to face outwards like the others"));
+            let (turned, all) = (self.turned_patches, self.patches);
+            notices.push(format!(
+                "{turned} of {all} patches faced inwards or unlike their neighbours and were turned"
+            ));
         }
         if !self.boundary_loops.is_empty() {
             let edges: usize = self.boundary_loops.iter().map(Vec::len).sum();
@@ -169,7 +176,7 @@ impl PatchSet {
     pub fn tessellate(&self, settings: &Tessellation) -> Result<Tessellated, TessellationError> {
         let [low, high] = self.bounds();
         let largest = low.abs().max(high.abs()).max_element();
-        let rounding = ROUNDING * largest;
+        let rounding = ROUNDING * largest + SMALLEST;
         let mut plan = Plan { settings: *settings, unit: UNIT, step: UNIT, tolerance: 0.0 };
         match settings.method {
             Method::Uniform { segments } => plan.check_uniform(segments, self.patches().len())?,
@@ -544,6 +551,7 @@ impl<'a> Builder<'a> {
             error_bound: self.deviation + rounding,
             boundary_loops: ends.loops.into_iter().map(|(chain, _)| chain).collect(),
             non_manifold_edges: ends.non_manifold,
+            patches: orientation.turned.len(),
             turned_patches: orientation.turned.iter().filter(|turned| **turned).count(),
             one_sided_edges: orientation.misfits,
         })
