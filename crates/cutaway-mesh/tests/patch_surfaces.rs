@@ -1,15 +1,15 @@
 //! Bases, evaluation, conversion, normals and curvatures of patches, by property.
 
-mod support;
+mod patch_support;
 
 use cutaway_core::glam::DVec3;
 use cutaway_mesh::patches::{
     Basis, BezierPatch, BicubicPatch, MAX_CONTROL_POINTS, Nurbs, NurbsSurface, PatchError, PatchSet,
     SurfacePoint,
 };
+use patch_support::{W, revolution, sphere};
 use proptest::array::uniform16;
 use proptest::prelude::*;
-use support::{W, revolution, sphere};
 
 const BASES: [Basis; 4] = [Basis::Bezier, Basis::BSpline, Basis::CatmullRom, Basis::Hermite];
 

@@ -1,13 +1,13 @@
 //! Tessellation of patches: how far off, and whether anything is open that should not be.
 
-mod support;
+mod patch_support;
 
 use std::collections::{BTreeSet, HashMap};
 
 use cutaway_core::glam::{DVec3, Vec3};
 use cutaway_mesh::patches::{Basis, BezierPatch, PatchSet, Tessellated, Tessellation, TessellationError};
+use patch_support::{assert_no_cracks, distance, euler, revolution, sphere, volume};
 use proptest::prelude::*;
-use support::{assert_no_cracks, distance, euler, revolution, sphere, volume};
 
 /// One of the eight ways to write down the same 16 points of a patch.
 fn turned(indices: [u32; 16], way: u8) -> [u32; 16] {
@@ -134,7 +134,7 @@ proptest! {
         }
         // The boundary of the patch alone is made of lines of the whole.
         let place = |mesh: &cutaway_mesh::TriangleMesh, v: u32| bits(&mesh.vertices()[v as usize]);
-        let lines: BTreeSet<_> = support::edge_uses(&whole.mesh).into_keys()
+        let lines: BTreeSet<_> = patch_support::edge_uses(&whole.mesh).into_keys()
             .flat_map(|(a, b)| [(a, b), (b, a)]).map(|(a, b)| (place(&whole.mesh, a), place(&whole.mesh, b))).collect();
         let chain = &alone.boundary_loops[0];
         for k in 0..chain.len() {

@@ -32,6 +32,7 @@ mod nurbs;
 mod orientation;
 mod refine;
 mod tessellate;
+mod tessellation;
 mod topology;
 mod triangulate;
 
@@ -41,7 +42,7 @@ pub use basis::{Basis, BicubicPatch};
 pub use bezier::{BezierPatch, MAX_DEGREE};
 pub use differential::SurfacePoint;
 pub use nurbs::{Nurbs, NurbsSurface};
-pub use tessellate::{Method, Tessellated, Tessellation, TessellationError};
+pub use tessellation::{Method, Tessellated, Tessellation, TessellationError};
 
 /// Control points that a set of patches may have, all patches in Bezier form: 262,144 bicubic ones, 128 MiB.
 pub const MAX_CONTROL_POINTS: usize = 1 << 22;
