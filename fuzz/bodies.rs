@@ -6,6 +6,7 @@ use cutaway_io::limits::Limits;
 use cutaway_io::mesh::{MeshReadOptions, read_mesh_bytes};
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
 use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
+use cutaway_mesh::patches::Tessellation;
 
 /// NIfTI: the input is a `.nii` file, compressed or not; a `.hdr` finds voxels beside it.
 pub(crate) fn nifti(data: &[u8]) {
@@ -58,6 +59,25 @@ fn mend(mesh: &TriangleMesh) {
             }
             Err(error) => assert_one_line(&error.to_string()),
         }
+    }
+}
+
+/// Patches: the input is a file of either format; what it holds is cut into a few triangles.
+pub(crate) fn patches(data: &[u8]) {
+    match cutaway_io::patches::read_bytes("a", data) {
+        Ok(set) => {
+            let tolerance = set.suggested_tolerance();
+            let settings = Tessellation { max_triangles: 1 << 12, ..Tessellation::within(tolerance) };
+            match set.tessellate(&settings) {
+                Ok(made) => {
+                    assert!(made.mesh.triangles().len() <= 1 << 12 && made.error_bound <= tolerance);
+                    assert!(made.normals.iter().all(|normal| normal.is_finite()));
+                    made.notices().iter().for_each(|notice| assert_one_line(notice));
+                }
+                Err(error) => assert_one_line(&error.to_string()),
+            }
+        }
+        Err(error) => assert_one_line(&error.to_string()),
     }
 }
 

@@ -9,5 +9,6 @@ pub mod image;
 pub mod json;
 pub mod limits;
 pub mod mesh;
+pub mod patches;
 pub mod samples;
 pub mod volume;

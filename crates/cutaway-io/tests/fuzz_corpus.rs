@@ -43,3 +43,8 @@ fn raw() {
 fn mesh() {
     replay("mesh", bodies::mesh);
 }
+
+#[test]
+fn patches() {
+    replay("patches", bodies::patches);
+}

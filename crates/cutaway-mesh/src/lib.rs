@@ -12,6 +12,7 @@ pub mod events;
 mod mesh;
 mod normals;
 pub mod papers;
+pub mod patches;
 mod polygon;
 mod repair;
 mod sets;
