@@ -21,6 +21,7 @@ mod classification;
 mod packet;
 mod rays;
 mod renderer;
+pub mod roofline;
 mod sample;
 mod simd;
 mod tiles;
