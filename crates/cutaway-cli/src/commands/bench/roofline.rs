@@ -53,6 +53,9 @@ struct MemoryRow {
 #[derive(Debug, Serialize)]
 struct FrameRow {
     scene: String,
+    /// `scene` without what all of them have in common.
+    #[serde(skip)]
+    short: &'static str,
     work: &'static str,
     frame_ms: f64,
     samples: u64,
@@ -62,7 +65,7 @@ struct FrameRow {
     ratio: f64,
 }
 
-/// Scenes as `cutaway bench frame` takes them, without image size; and the work of a sample in which something is visible.
+/// Scenes as `cutaway bench frame` takes them, without [`COMMON`] options; and the work of a sample in which something is visible.
 const SCENES: [(&str, Work); 6] = [
     ("sample:marschner-lobb:256 --mode mean", Work::Sample),
     (
@@ -74,6 +77,9 @@ const SCENES: [(&str, Work); 6] = [
     ("sample:mr-head --no-shade", Work::Composite),
     ("sample:mr-head --shade", Work::Shade),
 ];
+
+/// What the scenes have in common, beside the size of their images.
+const COMMON: &str = "--step 1 --azimuth 30";
 
 /// Sizes and times.
 struct Effort {
@@ -175,8 +181,8 @@ fn frames(effort: &Effort) -> anyhow::Result<Vec<FrameRow>> {
     let scenes: &[(&str, Work)] = if effort.scenes == 0 { &SMALL } else { &SCENES };
     let mut rows = Vec::new();
     let mut known: Vec<(VoxelType, Work, f64)> = Vec::new();
-    for (scene, work) in scenes {
-        let scene = format!("{scene} --step 1 --azimuth 30 --resolution {0},{0}", effort.resolution);
+    for (short, work) in scenes {
+        let scene = format!("{short} {COMMON} --resolution {0},{0}", effort.resolution);
         let args = scene_of_line(&scene)?;
         let prepared = Prepared::new(&args)?;
         let voxel_type = held_type(prepared.loaded.volume.voxels());
@@ -196,6 +202,7 @@ fn frames(effort: &Effort) -> anyhow::Result<Vec<FrameRow>> {
         let samples_per_second = samples as f64 / (1e-3 * statistics.frame_ms.median);
         rows.push(FrameRow {
             scene,
+            short,
             work: work.name(),
             frame_ms: statistics.frame_ms.median,
             samples,
@@ -244,7 +251,7 @@ fn text(report: &Report) -> String {
     };
     let frame = |r: &FrameRow| {
         vec![
-            r.scene.clone(),
+            r.short.to_owned(),
             r.work.into(),
             format!("{:.1}", r.frame_ms),
             format!("{:.0} %", 100.0 * r.skipped_fraction),
@@ -259,7 +266,7 @@ fn text(report: &Report) -> String {
     text += "\nReading memory\n";
     let rows: Vec<_> = report.memory.iter().map(memory).collect();
     text += &table::text(&["of", "threads", "GB/s"], &rows);
-    text += &format!("\nFrames, {}, {} threads\n", report.simd, report.threads);
+    text += &format!("\nFrames, {}, {} threads, each with {COMMON}\n", report.simd, report.threads);
     let heads = ["scene", "work", "ms", "skipped", "million samples/s", "ceiling", "ratio"];
     let rows: Vec<_> = report.frames.iter().map(frame).collect();
     text + &table::text(&heads, &rows) + "\n" + &wrapped(report.about, 100)
