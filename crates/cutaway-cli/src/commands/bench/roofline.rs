@@ -78,6 +78,9 @@ const SCENES: [(&str, Work); 6] = [
     ("sample:mr-head --shade", Work::Shade),
 ];
 
+/// A scene that takes an instant.
+const SMALL: [(&str, Work); 1] = [("sample:marschner-lobb:16 --mode mean", Work::Sample)];
+
 /// What the scenes have in common, beside the size of their images.
 const COMMON: &str = "--step 1 --azimuth 30";
 
@@ -90,14 +93,14 @@ struct Effort {
     slice: Duration,
     frames: u32,
     resolution: u32,
-    scenes: usize,
+    scenes: &'static [(&'static str, Work)],
 }
 
 impl Effort {
     fn new(quick: bool) -> Self {
         if quick {
             let slice = Duration::from_millis(1);
-            Self { memory_edge: 32, memory_bytes: 1 << 21, slice, frames: 1, resolution: 32, scenes: 0 }
+            Self { memory_edge: 32, memory_bytes: 1 << 21, slice, frames: 1, resolution: 32, scenes: &SMALL }
         } else {
             let slice = Duration::from_millis(25);
             Self {
@@ -106,7 +109,7 @@ impl Effort {
                 slice,
                 frames: 7,
                 resolution: 512,
-                scenes: SCENES.len(),
+                scenes: &SCENES,
             }
         }
     }
@@ -177,11 +180,9 @@ fn memory(effort: &Effort, threads: usize) -> anyhow::Result<Vec<MemoryRow>> {
 }
 
 fn frames(effort: &Effort) -> anyhow::Result<Vec<FrameRow>> {
-    const SMALL: [(&str, Work); 1] = [("sample:marschner-lobb:16 --mode mean", Work::Sample)];
-    let scenes: &[(&str, Work)] = if effort.scenes == 0 { &SMALL } else { &SCENES };
     let mut rows = Vec::new();
     let mut known: Vec<(VoxelType, Work, f64)> = Vec::new();
-    for (short, work) in scenes {
+    for (short, work) in effort.scenes {
         let scene = format!("{short} {COMMON} --resolution {0},{0}", effort.resolution);
         let args = scene_of_line(&scene)?;
         let prepared = Prepared::new(&args)?;
