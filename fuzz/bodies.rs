@@ -5,8 +5,8 @@
 use cutaway_io::limits::Limits;
 use cutaway_io::mesh::{MeshReadOptions, read_mesh_bytes};
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
-use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
 use cutaway_mesh::patches::Tessellation;
+use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
 
 /// NIfTI: the input is a `.nii` file, compressed or not; a `.hdr` finds voxels beside it.
 pub(crate) fn nifti(data: &[u8]) {

@@ -382,6 +382,36 @@ pub(crate) struct BenchArgs {
 pub(crate) enum Bench {
     /// Render frames of an orbiting camera, after three warm-up frames; prints statistics as JSON
     Frame(Box<BenchFrameArgs>),
+    /// Measure how many samples a second this processor can take at most, and how near to that frames come
+    Roofline(BenchRooflineArgs),
+    /// Measure what papers on volume rendering tell of their renderers, and print it beside their figures
+    Papers(BenchPapersArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchRooflineArgs {
+    /// As JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Small and short: whether it runs, not how fast
+    #[arg(long, hide = true)]
+    pub(crate) quick: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchPapersArgs {
+    /// Sections to measure; all unless given
+    #[arg(value_enum, value_name = "SECTION")]
+    pub(crate) sections: Vec<PaperSection>,
+    /// Frames to measure, of an orbit around the volume
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) frames: u32,
+    /// As JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Small and short: whether it runs, not how fast
+    #[arg(long, hide = true)]
+    pub(crate) quick: bool,
 }
 
 #[derive(Debug, Args)]
@@ -403,6 +433,15 @@ pub(crate) struct BenchFrameArgs {
     /// As JSON (always; for symmetry with other commands)
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Tables and figures of papers that can be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PaperSection {
+    /// Termeer 2005, section 4.1.5: frames a second of a software ray caster
+    TermeerSoftware,
+    /// Termeer 2005, figure 4.18 (a): frames a second over image size
+    TermeerImageSize,
 }
 
 /// Bits a channel.

@@ -37,6 +37,22 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     pub(crate) fn new(args: &SceneArgs) -> anyhow::Result<Self> {
+        Self::of_loaded(args, |file| match (&args.volume, file, &args.scene) {
+            (Some(name), _, _) => load::from_argument(name, &args.raw),
+            (None, Some(scene), Some(path)) => load::from_scene(&scene.volume, path, &args.raw),
+            _ => Err(wrong_use("give a volume or a scene file")),
+        })
+    }
+
+    /// Another scene of the same volume, which is not loaded again: the volume that `args` name is not looked at.
+    pub(crate) fn again(self, args: &SceneArgs) -> anyhow::Result<Self> {
+        Self::of_loaded(args, |_| Ok(self.loaded))
+    }
+
+    fn of_loaded(
+        args: &SceneArgs,
+        load: impl FnOnce(Option<&SceneFile>) -> anyhow::Result<LoadedVolume>,
+    ) -> anyhow::Result<Self> {
         let file = args.scene.as_deref().map(read_scene).transpose()?;
         let preset = args.function.preset.as_deref().map(preset).transpose()?;
         let mut origins = Origins::new(args);
@@ -44,11 +60,7 @@ impl Prepared {
         // Checked before the rest: the default camera already needs the aspect ratio.
         check_resolution(settings.resolution).map_err(|e| origins.blame(&e))?;
         let lighting = lighting(&args.light, file.as_ref(), preset)?;
-        let loaded = match (&args.volume, &file, &args.scene) {
-            (Some(name), _, _) => load::from_argument(name, &args.raw)?,
-            (None, Some(scene), Some(path)) => load::from_scene(&scene.volume, path, &args.raw)?,
-            _ => return Err(wrong_use("give a volume or a scene file")),
-        };
+        let loaded = load(file.as_ref())?;
         origins.volume.clone_from(&loaded.name);
         let (function, unit_distance) =
             function(&args.function, file.as_ref(), preset, &loaded, &settings, &origins)?;

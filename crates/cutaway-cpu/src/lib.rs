@@ -29,6 +29,7 @@ mod packet;
 mod progressive;
 mod rays;
 mod renderer;
+pub mod roofline;
 mod sample;
 mod simd;
 mod tiles;

@@ -36,7 +36,7 @@ impl From<Statistics> for Counts {
             samples: Some(s.samples),
             rays: Some(s.rays),
             segments: Some(s.segments),
-            repaired_lines: None,
+            repaired_lines: Some(s.repaired),
             skipped_fraction: Some(s.skipped_fraction),
         }
     }

@@ -3,6 +3,7 @@
 //! [`composite`] accumulates colour and opacity, [`projection`] keeps the maximum, minimum or mean, [`isosurface`]
 //! finds exact crossings. The first two take a packet at a time, the last a ray; each writes its pixels into a tile.
 
+pub(crate) mod ceiling;
 mod composite;
 mod isosurface;
 mod projection;
@@ -26,7 +27,7 @@ use crate::simd::{LaneWork, dispatch};
 use crate::tiles::{TILE, Tile};
 use composite::{Caster, StretchCaster};
 use refined::Refined;
-use shading::Shading;
+pub(crate) use shading::Shading;
 
 /// Everything that the kernels need of a scene.
 pub(crate) struct Kernel<'a> {

@@ -13,7 +13,7 @@ use crate::packet::Packet;
 /// Gradients come as *twice the gradient of stored numbers in voxel space*, `g`; the world gradient is `M g`. A product of
 /// the world gradient with a direction `w` is then `g · (Mᵀ w)`, so directions are brought to the gradient's space once and
 /// only its length is computed in the world.
-pub(super) struct Shading {
+pub(crate) struct Shading {
     lighting: Lighting,
     /// `M`, row by row.
     world_from_stored: [[f32; 3]; 3],
@@ -38,7 +38,7 @@ pub(super) struct PacketLight<S: Simd> {
 }
 
 impl Shading {
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let volume = scene.volume();
         let lighting = scene.lighting().clone();
         let to_world = 0.5 * volume.rescale().slope;
