@@ -19,7 +19,7 @@ use cutaway_io::limits::Limits;
 use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs};
 use crate::clip::{self, PreparedClip};
 use crate::load::{self, LoadedVolume};
-use crate::report::wrong_use;
+use crate::report::{Verbosity, wrong_use};
 use crate::values::{shown, tip};
 
 /// A volume in memory and every decision about its image.
@@ -42,6 +42,12 @@ impl Prepared {
             (None, Some(scene), Some(path)) => load::from_scene(&scene.volume, path, &args.raw),
             _ => Err(wrong_use("give a volume or a scene file")),
         })
+    }
+
+    /// Says what there is to know of the files.
+    pub(crate) fn report(&self, verbosity: Verbosity) {
+        self.loaded.report(verbosity);
+        self.clip.iter().flat_map(|clip| &clip.notices).for_each(|notice| verbosity.notice(notice));
     }
 
     /// Another scene of the same volume, which is not loaded again: the volume that `args` name is not looked at.

@@ -9,6 +9,7 @@ use std::str::FromStr;
 use cutaway_core::clip::{Impregnation, SegmentCount};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_mesh::EventFinder;
 
 use crate::report::wrong_use;
 
@@ -146,6 +147,16 @@ pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
         ));
     }
     named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
+}
+
+/// The finders of lines and pixels; `peel` and `lists` are a GPU engine's.
+pub(crate) fn clip_events(text: &str) -> Result<EventFinder, String> {
+    if matches!(text, "peel" | "lists") {
+        return Err(format!(
+            "`{text}` belongs to an engine that does not exist in this version; choose from grid, octree, bvh, raster"
+        ));
+    }
+    named(text, "way of finding events", &EventFinder::ALL.map(|finder| (finder.name(), finder)))
 }
 
 pub(crate) fn sampling(text: &str) -> Result<Sampling, String> {

@@ -130,7 +130,7 @@ pub enum ImageInterpolation {
     /// A coarse lattice of pixels is cast; what lies between is filled where colour, opacity and depth allow it, and cast
     /// where they do not.
     Adaptive,
-    /// Every so many pixels along x and y are cast, whatever lies between; a number of [`Self::FACTORS`].
+    /// Every so many pixels along x and y are cast, whatever lies between: 2 to 16.
     #[serde(untagged)]
     Factor(u32),
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use cutaway_core::clip::{Impregnation, SegmentCount};
+use cutaway_mesh::EventFinder;
 
 use super::shape;
 use crate::values::{self, List, number};
@@ -36,6 +37,9 @@ pub(crate) struct ClipOptions {
     /// The last of a limited number of segments goes on to the backmost surface
     #[arg(long)]
     pub(crate) backmost: bool,
+    /// How a mesh is asked where rays cross it: raster, bvh, octree or grid; all find the same [raster]
+    #[arg(long, value_name = "HOW", value_parser = values::clip_events)]
+    pub(crate) clip_events: Option<EventFinder>,
     /// How the light on a cut reaches below it: none, step or linear [linear]
     #[arg(long, value_name = "HOW", value_parser = values::impregnation)]
     pub(crate) impregnation: Option<Impregnation>,

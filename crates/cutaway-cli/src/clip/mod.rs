@@ -26,6 +26,8 @@ pub(crate) struct PreparedClip {
     file: ClipFile,
     /// With its solids.
     pub(crate) clip: Clip,
+    /// What was done to make closed surfaces of files.
+    pub(crate) notices: Vec<String>,
 }
 
 impl PreparedClip {
@@ -36,7 +38,7 @@ impl PreparedClip {
         scene: Option<(&SceneFile, &Path)>,
         volume: &Volume,
     ) -> anyhow::Result<Option<Self>> {
-        let mut solids = Solids::default();
+        let mut solids = Solids::new(args.options.clip_events.unwrap_or_default());
         let in_file = match scene.and_then(|(file, path)| Some((file.clip.as_ref()?, path))) {
             Some((clip, path)) => Some(from_here(clip, path)?),
             None => None,
@@ -57,7 +59,7 @@ impl PreparedClip {
             };
         }
         let clip = resolve(&file, &mut solids)?;
-        Ok(Some(Self { file, clip }))
+        Ok(Some(Self { file, clip, notices: solids.notices }))
     }
 
     /// As the scene file at `scene` is to have it.
@@ -227,7 +229,7 @@ mod tests {
         let mesh: ClipFile = Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned() }).into();
         let here = from_here(&mesh, Path::new("data/scene.json")).unwrap();
         assert_eq!(path(&here), "data/meshes/bunny.ply");
-        let prepared = PreparedClip { file: here, clip: Clip::everything() };
+        let prepared = PreparedClip { file: here, clip: Clip::everything(), notices: Vec::new() };
         let saved = |scene: &str| path(&prepared.to_file(Path::new(scene)).unwrap());
         assert_eq!(saved("data/other.json"), "meshes/bunny.ply");
         assert_eq!(saved("scene.json"), "data/meshes/bunny.ply");

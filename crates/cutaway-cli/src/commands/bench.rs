@@ -33,7 +33,7 @@ fn frame(args: &BenchFrameArgs) -> anyhow::Result<()> {
     }
     outputs.check()?;
     let prepared = Prepared::new(&args.scene)?;
-    prepared.loaded.report(Verbosity::Normal);
+    prepared.report(Verbosity::Normal);
     let orbit = Orbit { frames: args.frames, degrees: args.orbit };
     let statistics = frames::measure(&prepared, &args.scene, orbit, |image| {
         if let Some(path) = &args.output {

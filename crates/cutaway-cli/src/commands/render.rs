@@ -22,7 +22,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_outputs(args)?;
     let background = args.background.as_ref().map(background).transpose()?;
     let prepared = Prepared::new(&args.scene)?;
-    prepared.loaded.report(verbosity);
+    prepared.report(verbosity);
     describe(&prepared, verbosity);
     if !args.scene.iso.is_empty() && prepared.settings.mode != Mode::Iso {
         verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
