@@ -173,17 +173,19 @@ fn crop(list: &List, volume: &Volume) -> anyhow::Result<ClipFile> {
 
 /// The pose of an object after another `--clip-pose`.
 fn moved(object: &ClipFile, text: &str, volume: &Volume, solids: &mut Solids) -> anyhow::Result<Pose> {
-    let mut fit = || fit(object, volume, solids);
+    let mut fit = |done: &DAffine3| fit(object, done, volume, solids);
     let blame = |e: String| wrong_use(format!("--clip-pose: {e}"));
     let pose = shape::pose(text, &mut fit)?.map_err(blame)?;
     pose.after(&object.pose).map_err(|e| blame(e.to_string()))
 }
 
-/// Centres an object in the volume and scales it, the same along all axes, as large as it can be within its box.
-fn fit(object: &ClipFile, volume: &Volume, solids: &mut Solids) -> anyhow::Result<DAffine3> {
+/// Centres an object, as it is after what has been `done` to it, in the volume and scales it, the same along all axes, as
+/// large as it can be within the volume's box.
+fn fit(object: &ClipFile, done: &DAffine3, volume: &Volume, solids: &mut Solids) -> anyhow::Result<DAffine3> {
     let Node::Leaf(source) = &object.node else { return Ok(DAffine3::IDENTITY) };
     let bounds = source.solid(&mut |external| solids.load(external))?.bounds();
-    let corners = corners(bounds).map(|p| object.pose.world_from_object().transform_point3(p));
+    let posed = *done * *object.pose.world_from_object();
+    let corners = corners(bounds).map(|p| posed.transform_point3(p));
     let [min, max] = extremes(&corners);
     let (size, room) = (max - min, extremes(&volume.corners_in_world()));
     if !size.is_finite() {

@@ -54,28 +54,29 @@ pub(super) fn of_numbers(name: &str, List(numbers): &List) -> Result<ClipFile, S
     }
 }
 
-/// What a pose does, step by step as it is written; `fit` gives the transform of that step.
+/// What a pose does: steps as they are written, the last done first. `fit` gives the transform of that step for an object
+/// to which the steps behind it have been done.
 pub(super) fn pose(
     text: &str,
-    fit: &mut dyn FnMut() -> anyhow::Result<DAffine3>,
+    fit: &mut dyn FnMut(&DAffine3) -> anyhow::Result<DAffine3>,
 ) -> anyhow::Result<Result<Pose, String>> {
+    let steps: Vec<&str> = text.split(';').map(str::trim).filter(|step| !step.is_empty()).collect();
+    if steps.is_empty() {
+        return Ok(Err(
+            "says nothing; expected steps such as `translate 1,2,3; scale 2`, or `fit`".to_owned()
+        ));
+    }
     let mut whole = DAffine3::IDENTITY;
-    let mut steps = 0;
-    for step in text.split(';').map(str::trim).filter(|step| !step.is_empty()) {
-        whole *= if step == "fit" {
-            fit()?
+    for step in steps.into_iter().rev() {
+        let step = if step == "fit" {
+            fit(&whole)?
         } else {
             match pose_step(step) {
                 Ok(step) => step,
                 Err(error) => return Ok(Err(error)),
             }
         };
-        steps += 1;
-    }
-    if steps == 0 {
-        return Ok(Err(
-            "says nothing; expected steps such as `translate 1,2,3; scale 2`, or `fit`".to_owned()
-        ));
+        whole = step * whole;
     }
     Ok(Pose::new(whole).map_err(|e| e.to_string()))
 }
@@ -148,7 +149,7 @@ mod tests {
     }
 
     fn posed(text: &str) -> Result<Pose, String> {
-        pose(text, &mut || Ok(DAffine3::from_scale(DVec3::splat(10.0)))).unwrap()
+        pose(text, &mut |_: &DAffine3| Ok(DAffine3::from_scale(DVec3::splat(10.0)))).unwrap()
     }
 
     #[test]
