@@ -240,24 +240,21 @@ impl<S: Simd> Packet<S> {
     #[inline(always)]
     fn bound(&mut self, simd: S, (axis, ascending): (usize, bool), hits: <S::f32s as SimdBase<S>>::Mask) {
         let sign = if ascending { 1.0 } else { -1.0 };
-        let range_of_hits = |v: S::f32s| {
-            let (most, least) =
-                (S::f32s::splat(simd, f32::INFINITY), S::f32s::splat(simd, f32::NEG_INFINITY));
-            [hits.select(v, most).reduce_min(), hits.select(v, least).reduce_max()]
-        };
         let (origin, stride) = (self.origin[axis] * sign, self.stride[axis] * sign);
-        self.bounds.origin = range_of_hits(origin);
-        self.bounds.stride = range_of_hits(stride);
-        let entry = range_of_hits(stride.mul_add(self.first, origin))[0];
-        let exit = range_of_hits(stride.mul_add(self.end, origin))[1];
+        self.bounds.origin = range_of::<S>(simd, hits, origin);
+        self.bounds.stride = range_of::<S>(simd, hits, stride);
+        let entry = range_of::<S>(simd, hits, stride.mul_add(self.first, origin))[0];
+        let exit = range_of::<S>(simd, hits, stride.mul_add(self.end, origin))[1];
         self.bounds.inside = [entry, exit];
         for (k, other) in [(axis + 1) % 3, (axis + 2) % 3].into_iter().enumerate() {
             // Along each ray the other position is linear in that along the axis. The least of several linear functions
             // is concave, the greatest convex: between two places the straight line through their bounds bounds it.
             let slope = self.stride[other] / stride;
             let (near, far) = (entry, exit.max(entry + 1.0));
-            let at = |p: f32| slope.mul_add((origin - p) * -1.0, self.origin[other]);
-            let (at_near, at_far) = (range_of_hits(at(near)), range_of_hits(at(far)));
+            let (at_near, at_far) = (
+                range_of::<S>(simd, hits, slope.mul_add((origin - near) * -1.0, self.origin[other])),
+                range_of::<S>(simd, hits, slope.mul_add((origin - far) * -1.0, self.origin[other])),
+            );
             for side in 0..2 {
                 let growth = (at_far[side] - at_near[side]) / (far - near);
                 self.bounds.slope[k][side] = growth;
@@ -335,6 +332,13 @@ impl<S: Simd> FaceLanes<S> {
         let (of_face, white_of_face) = self.terms;
         (weight.mul_add(of_face - factor, factor), weight.mul_add(white_of_face - white, white))
     }
+}
+
+/// The least and the greatest in the lanes of a mask.
+#[inline(always)]
+fn range_of<S: Simd>(simd: S, mask: <S::f32s as SimdBase<S>>::Mask, v: S::f32s) -> [f32; 2] {
+    let (most, least) = (S::f32s::splat(simd, f32::INFINITY), S::f32s::splat(simd, f32::NEG_INFINITY));
+    [mask.select(v, most).reduce_min(), mask.select(v, least).reduce_max()]
 }
 
 /// Column and row of each lane's pixel within its packet.

@@ -107,7 +107,7 @@ fn draw_faces<S: Simd>(simd: S, kernel: &Kernel, member: &mut Member<S, Accumula
     if let (Some(face), true) = (&member.packet.face, opacity > 0.0) {
         let open = member.packet.hits() & member.sum.transmittance.simd_ge(kernel.opaque_below);
         let alpha = open.select(face.present * opacity, S::f32s::splat(simd, 0.0));
-        let white = (face.terms.0 + face.terms.1) * alpha;
+        let white = face.terms.0 + face.terms.1;
         let length = S::f32s::splat(simd, 1e-6);
         composite(simd, &mut member.sum, [white; 3], alpha, member.packet.first, length);
     }
@@ -192,17 +192,42 @@ impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
     }
 }
 
-/// Adds a step of premultiplied colour and opacity that begins at `begin` and is `length` long, in steps.
+/// Adds a step of straight colour and opacity that begins at `begin` and is `length` long, in steps.
 #[inline(always)]
 pub(super) fn composite<S: Simd>(
     simd: S,
     sum: &mut Accumulated<S>,
-    color: [S::f32s; 3],
+    [r, g, b]: [S::f32s; 3],
     alpha: S::f32s,
     begin: S::f32s,
     length: S::f32s,
 ) {
-    let after = sum.transmittance - sum.transmittance * alpha;
+    let weight = sum.transmittance * alpha;
+    let [sum_r, sum_g, sum_b] = sum.color;
+    sum.color = [weight.mul_add(r, sum_r), weight.mul_add(g, sum_g), weight.mul_add(b, sum_b)];
+    pass(simd, sum, weight, begin, length);
+}
+
+/// As [`composite`], with a premultiplied colour.
+#[inline(always)]
+pub(super) fn composite_premultiplied<S: Simd>(
+    simd: S,
+    sum: &mut Accumulated<S>,
+    [r, g, b]: [S::f32s; 3],
+    alpha: S::f32s,
+    begin: S::f32s,
+    length: S::f32s,
+) {
+    let t = sum.transmittance;
+    let [sum_r, sum_g, sum_b] = sum.color;
+    sum.color = [t.mul_add(r, sum_r), t.mul_add(g, sum_g), t.mul_add(b, sum_b)];
+    pass(simd, sum, t * alpha, begin, length);
+}
+
+/// Takes what a step absorbs off the transmittance, and remembers the step in which that passes one half.
+#[inline(always)]
+fn pass<S: Simd>(simd: S, sum: &mut Accumulated<S>, absorbed: S::f32s, begin: S::f32s, length: S::f32s) {
+    let after = sum.transmittance - absorbed;
     let half = S::f32s::splat(simd, 0.5);
     let passes_half = after.simd_le(half) & sum.transmittance.simd_gt(half);
     if passes_half.any_true() {
@@ -211,9 +236,6 @@ pub(super) fn composite<S: Simd>(
         half.after = passes_half.select(after, half.after);
         half.begin = passes_half.select(begin, half.begin);
         half.length = passes_half.select(length, half.length);
-    }
-    for (sum_of, color) in sum.color.iter_mut().zip(color) {
-        *sum_of = sum.transmittance.mul_add(color, *sum_of);
     }
     sum.transmittance = after;
 }
@@ -266,7 +288,6 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
                 alpha = shorter(simd, alpha, length);
             }
         }
-        let color = [color[0] * alpha, color[1] * alpha, color[2] * alpha];
         composite(simd, sum, color, alpha, S::f32s::splat(simd, j as f32), length);
         taken
     }

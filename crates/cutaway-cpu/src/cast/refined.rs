@@ -13,7 +13,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use super::Kernel;
-use super::composite::{Accumulated, StretchCaster, composite, lit_by, shorter};
+use super::composite::{Accumulated, StretchCaster, composite, composite_premultiplied, lit_by, shorter};
 use super::shading::{PacketLight, Shading};
 use crate::bundle::Stretch;
 use crate::packet::Packet;
@@ -288,8 +288,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         let depth = look.depth * part.length * self.packet.opacity_scale;
         let alpha = open.select(opacity(simd, depth), S::f32s::splat(simd, 0.0));
         if alpha.simd_gt(0.0).any_true() {
-            let color = [look.color[0] * alpha, look.color[1] * alpha, look.color[2] * alpha];
-            composite(simd, sum, color, alpha, part.begin, part.length);
+            composite(simd, sum, look.color, alpha, part.begin, part.length);
         }
     }
 
@@ -319,7 +318,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
                 for c in &mut color {
                     *c = open.select(*c, S::f32s::splat(simd, 0.0));
                 }
-                composite(simd, sum, color, alpha_of_part, part.begin, part.length);
+                composite_premultiplied(simd, sum, color, alpha_of_part, part.begin, part.length);
             }
         }
         samples
