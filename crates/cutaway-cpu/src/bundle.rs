@@ -236,10 +236,7 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 if i >= width || j >= height || !frame.wants(pixel, shape) {
                     continue;
                 }
-                let kept = match clip {
-                    Some((clip, rank)) => Some(clip.lanes(pixel, shape, rank)),
-                    None => None,
-                };
+                let kept = clip.map(|(clip, rank)| clip.lanes(pixel, shape, rank));
                 let packet = Packet::new(simd, frame, self.axis, pixel, kept.as_ref());
                 if packet.bounds.hits {
                     self.bounds = self.bounds.union(&packet.bounds);

@@ -22,21 +22,24 @@ pub(crate) fn normals(volume: &Volume) -> Vec<u32> {
     let vanishing = (vanishing_gradient(volume) * volume.spacing().min_element()
         / volume.rescale().slope.abs().max(f64::MIN_POSITIVE)) as f32;
     let mut words = vec![0u32; nx * ny * nz];
-    with_voxels!(volume.voxels(), voxels => {
-        let at = |x: usize, y: usize, z: usize| f32::from(voxels[(z * ny + y) * nx + x]);
-        words.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
-            let (y, z) = (row % ny, row / ny);
-            for (x, word) in out.iter_mut().enumerate() {
-                let gradient = Vec3::new(
-                    at((x + 1).min(nx - 1), y, z) - at(x.saturating_sub(1), y, z),
-                    at(x, (y + 1).min(ny - 1), z) - at(x, y.saturating_sub(1), z),
-                    at(x, y, (z + 1).min(nz - 1)) - at(x, y, z.saturating_sub(1)),
-                ) * 0.5;
-                *word = pack(gradient, vanishing);
-            }
-        });
-    });
+    with_voxels!(volume.voxels(), voxels => fill(&mut words, voxels, [nx, ny, nz], vanishing));
     words
+}
+
+fn fill<T: Copy + Into<f32> + Sync>(words: &mut [u32], voxels: &[T], n: [usize; 3], vanishing: f32) {
+    let [nx, ny, nz] = n;
+    let at = |x: usize, y: usize, z: usize| -> f32 { voxels[(z * ny + y) * nx + x].into() };
+    words.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
+        let (y, z) = (row % ny, row / ny);
+        for (x, word) in out.iter_mut().enumerate() {
+            let gradient = Vec3::new(
+                at((x + 1).min(nx - 1), y, z) - at(x.saturating_sub(1), y, z),
+                at(x, (y + 1).min(ny - 1), z) - at(x, y.saturating_sub(1), z),
+                at(x, y, (z + 1).min(nz - 1)) - at(x, y, z.saturating_sub(1)),
+            ) * 0.5;
+            *word = pack(gradient, vanishing);
+        }
+    });
 }
 
 fn pack(gradient: Vec3, vanishing: f32) -> u32 {

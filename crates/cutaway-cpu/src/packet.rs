@@ -162,10 +162,10 @@ impl<S: Simd> Packet<S> {
             world_step: S::f32s::splat(simd, rays.step_length),
             opacity_scale: S::f32s::splat(simd, 1.0),
             axis,
-            face: match kept {
-                Some(kept) => Some(FaceLanes::new(simd, kept)),
-                None => None,
-            },
+            face: kept.map(
+                #[inline(always)]
+                |kept| FaceLanes::new(simd, kept),
+            ),
             bounds: Bounds::default(),
         };
         packet.bounds.hits = hits.any_true();

@@ -3,10 +3,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use super::{Kernel, count_rays, pixel_of_lane};
+use super::{Kernel, Place, count_rays, pixel_of_lane};
 use crate::bundle::{BUNDLE, Bundle, Member, Stretch};
 use crate::classification::cast_piece;
-use crate::clipping::TileClip;
 use crate::packet::Packet;
 use crate::rays::Frame;
 use crate::sample::{Grid, LaneVoxel};
@@ -65,8 +64,7 @@ pub(super) fn bundle<S: Simd>(
     frame: &Frame,
     caster: &impl StretchCaster,
     bundle: &mut Bundle<S, Accumulated<S>>,
-    clip: Option<&TileClip>,
-    at: (u32, u32),
+    Place { at, clip }: Place,
     tile: &mut Tile,
 ) {
     let zero = S::f32s::splat(simd, 0.0);

@@ -106,7 +106,7 @@ impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
             let mut bundle = Bundle::<S, _>::new();
             for (x, y) in corners {
                 let at = (tile.x + x, tile.y + y);
-                projection::bundle(simd, kernel, frame, grid, &mut bundle, clip, at, tile);
+                projection::bundle(simd, kernel, frame, grid, &mut bundle, Place { at, clip }, tile);
             }
         } else if refined::wanted(kernel) {
             composites(simd, kernel, frame, &Refined::new(kernel, grid), corners, clip, tile);
@@ -114,6 +114,13 @@ impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
             composites(simd, kernel, frame, &Caster::new(kernel, grid), corners, clip, tile);
         }
     }
+}
+
+/// A bundle's place in the frame, and what is kept of the tile's rays.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    at: (u32, u32),
+    clip: Option<&'a TileClip>,
 }
 
 #[inline(always)]
@@ -129,7 +136,7 @@ fn composites<S: Simd>(
     let mut bundle = Bundle::new();
     for (x, y) in corners {
         let at = (tile.x + x, tile.y + y);
-        composite::bundle(simd, kernel, frame, caster, &mut bundle, clip, at, tile);
+        composite::bundle(simd, kernel, frame, caster, &mut bundle, Place { at, clip }, tile);
     }
 }
 

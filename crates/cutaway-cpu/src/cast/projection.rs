@@ -4,9 +4,8 @@ use cutaway_core::scene::{Mode, SpaceSkipping};
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase};
 
-use super::{Kernel, count_rays, pixel_of_lane};
+use super::{Kernel, Place, count_rays, pixel_of_lane};
 use crate::bundle::{BUNDLE, Bundle, Member, Stretch};
-use crate::clipping::TileClip;
 use crate::packet::Packet;
 use crate::rays::Frame;
 use crate::sample::{Grid, LaneVoxel};
@@ -35,8 +34,7 @@ pub(super) fn bundle<S: Simd, T: LaneVoxel>(
     frame: &Frame,
     grid: Grid<'_, T>,
     bundle: &mut Bundle<S, Projected<S>>,
-    clip: Option<&TileClip>,
-    at: (u32, u32),
+    Place { at, clip }: Place,
     tile: &mut Tile,
 ) {
     let splat = |v: f32| S::f32s::splat(simd, v);

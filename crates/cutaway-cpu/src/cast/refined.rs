@@ -14,7 +14,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use super::Kernel;
 use super::composite::{Accumulated, StretchCaster, composite, composite_premultiplied, lit_by, shorter};
-use super::shading::{PacketLight, Shading};
+use super::shading::{PacketLight, Shading, Terms};
 use crate::bundle::Stretch;
 use crate::packet::Packet;
 use crate::sample::{CellPosition, Grid, LaneVoxel, OnPlane, lerp};
@@ -64,7 +64,7 @@ struct Part<S: Simd> {
 #[derive(Clone, Copy)]
 struct End<S: Simd> {
     coordinate: S::f32s,
-    lit: Option<(S::f32s, S::f32s)>,
+    lit: Option<Terms<S>>,
 }
 
 /// A stretch of a packet under a light.
@@ -203,7 +203,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         let (alpha_a, alpha_b) = (opacity(simd, a.depth), opacity(simd, b.depth));
         let mut differ = (alpha_a - alpha_b).abs().simd_gt(threshold);
         for c in 0..3 {
-            differ = differ | (alpha_a * a.color[c] - alpha_b * b.color[c]).abs().simd_gt(threshold);
+            differ |= (alpha_a * a.color[c] - alpha_b * b.color[c]).abs().simd_gt(threshold);
         }
         differ
     }
@@ -220,12 +220,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
 
     /// Light at step `j` of each ray, with that of the clip surface it began at.
     #[inline(always)]
-    fn impregnated(
-        &self,
-        simd: S,
-        j: S::f32s,
-        lit: Option<(S::f32s, S::f32s)>,
-    ) -> Option<(S::f32s, S::f32s)> {
+    fn impregnated(&self, simd: S, j: S::f32s, lit: Option<Terms<S>>) -> Option<Terms<S>> {
         let (Some(face), Some(terms)) = (&self.packet.face, lit) else { return lit };
         let kind = self.caster.kernel.scene.clip_shading().impregnation;
         let steps = (j - self.packet.first) * self.packet.opacity_scale;
@@ -239,7 +234,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         simd: S,
         at: &CellPosition<S>,
         plane: Option<OnPlane>,
-    ) -> (S::f32s, Option<(S::f32s, S::f32s)>) {
+    ) -> (S::f32s, Option<Terms<S>>) {
         simd.vectorize(
             #[inline(always)]
             || self.value_and_light_of(simd, at, plane),
@@ -252,7 +247,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         simd: S,
         at: &CellPosition<S>,
         plane: Option<OnPlane>,
-    ) -> (S::f32s, Option<(S::f32s, S::f32s)>) {
+    ) -> (S::f32s, Option<Terms<S>>) {
         let grid = &self.caster.grid;
         let Some((shading, light)) = &self.light else {
             let value = match plane {

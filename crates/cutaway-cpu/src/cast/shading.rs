@@ -8,6 +8,9 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::packet::Packet;
 
+/// What light makes of a colour, lane by lane: a factor, and white that is added.
+pub(crate) type Terms<S> = (<S as Simd>::f32s, <S as Simd>::f32s);
+
 /// A scene's light, ready for kernels.
 ///
 /// Gradients come as *twice the gradient of stored numbers in voxel space*, `g`; the world gradient is `M g`. A product of
