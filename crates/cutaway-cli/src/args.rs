@@ -328,7 +328,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = CONVERT_HELP)]
 pub(crate) struct ConvertArgs {
-    /// Mesh file: .ply, .stl, .obj, .gltf or .glb, gzip-compressed or not
+    /// Mesh file: .ply, .stl, .obj, .gltf or .glb, gzip-compressed or not; or spline patches: .txt or .json
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
     /// Mesh file to write: .ply, .stl or .obj
@@ -340,6 +340,9 @@ pub(crate) struct ConvertArgs {
     /// How far apart vertices on the boundary are welded, as a share of the mesh's size; 0 for the same place only [1e-6]
     #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true, requires = "repair")]
     pub(crate) weld_tolerance: Option<f64>,
+    /// How far the triangles of spline patches may be off the surface, in its own units [a thousandth of its size]
+    #[arg(long, value_name = "D", value_parser = number, allow_hyphen_values = true)]
+    pub(crate) tolerance: Option<f64>,
     /// No notices
     #[arg(short, long)]
     pub(crate) quiet: bool,
@@ -442,6 +445,8 @@ pub(crate) enum PaperSection {
     TermeerSoftware,
     /// Termeer 2005, figure 4.18 (a): frames a second over image size
     TermeerImageSize,
+    /// Termeer 2005, table 3.1: relative speed of ray-triangle tests
+    TermeerRayTriangle,
 }
 
 /// Bits a channel.

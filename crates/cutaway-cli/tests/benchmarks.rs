@@ -89,9 +89,17 @@ fn papers_are_sections_of_rows() {
     has_keys(&report, &["threads", "frames", "sections"]);
     let sections = rows(&report, "sections");
     let names: Vec<&str> = sections.iter().map(|s| s["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["termeer-software", "termeer-image-size"]);
+    assert_eq!(names, ["termeer-software", "termeer-image-size", "termeer-ray-triangle"]);
     for section in sections {
         has_keys(section, &["name", "paper", "paper_says", "measured", "rows"]);
+        if section["name"] == "termeer-ray-triangle" {
+            assert_eq!(rows(section, "rows").len(), 8);
+            for row in rows(section, "rows") {
+                has_keys(row, &["algorithm", "nanoseconds", "relative_speed", "paper_relative_speed"]);
+                assert!(row["relative_speed"].as_f64().unwrap() > 0.0, "{row}");
+            }
+            continue;
+        }
         for row in rows(section, "rows") {
             let names = [
                 "transfer_function",

@@ -11,10 +11,11 @@
 //! [`Classification`] (tables and occupancy; once a transfer function, step or mode) → [`CpuRenderer::render`] (once a frame),
 //! or [`CpuRenderer::progressive`] (once a view: an image at once that is refined call by call).
 //!
-//! Inside: the image is cut into tiles (`tiles`), a tile into packets of neighbouring pixels, one pixel a SIMD lane
-//! (`packet`); a packet finds its way past empty blocks (`slabs`) and is cast by one of three kernels (`cast`), two of
-//! which share one field sampler (`sample`). Isosurfaces are cast ray by ray, in f64. Of an image every pixel is cast, or a
-//! lattice (`lattice`), or a lattice and what it does not tell (`adaptive`).
+//! Inside: the image is cut into tiles (`tiles`), a tile into bundles of packets of neighbouring pixels, one pixel a SIMD
+//! lane (`rays`, `packet`). A bundle goes through the volume slab by slab, past what is empty (`bundle`), and is cast by one
+//! of the kernels of `cast`, which share one field sampler (`sample`) over the volume's voxels or a copy in `bricks`.
+//! Isosurfaces are cast ray by ray, in f64. Clipped rays are cast piece by piece (`clipping`). Of an image every pixel is
+//! cast, or a lattice (`lattice`), or a lattice and what it does not tell (`adaptive`).
 #![deny(unsafe_code)]
 
 mod adaptive;

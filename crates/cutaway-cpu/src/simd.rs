@@ -173,22 +173,40 @@ impl LaneSource<'_, [f32; 4]> {
 pub(crate) trait PackedVoxel: Copy {
     /// How many.
     const PER_WORD: usize;
+    /// Its bits, lowest.
+    fn bits(self) -> u32;
 }
 
 impl PackedVoxel for u8 {
     const PER_WORD: usize = 4;
+
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
 }
 
 impl PackedVoxel for u16 {
     const PER_WORD: usize = 2;
+
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
 }
 
 impl PackedVoxel for f32 {
     const PER_WORD: usize = 1;
+
+    fn bits(self) -> u32 {
+        self.to_bits()
+    }
 }
 
 impl PackedVoxel for u32 {
     const PER_WORD: usize = 1;
+
+    fn bits(self) -> u32 {
+        self
+    }
 }
 
 impl<T: PackedVoxel> LaneSource<'_, T> {
@@ -207,9 +225,10 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
         for offset in offsets {
             reach = offset.max(reach);
         }
-        // Of a source shorter than that, nothing but its beginning is safe to read.
         let reach = reach as usize + T::PER_WORD;
-        assert!(reach <= self.0.len(), "offsets within the grid");
+        if reach > self.0.len() {
+            return self.words_of_few(simd, i, offsets);
+        }
         let bounded = self.bounded(simd, i, reach);
         let indices = opaque(simd, bounded);
         let mut words = [bounded; N];
@@ -225,6 +244,22 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
             }
         }
         words
+    }
+
+    /// The same of a source that is shorter than the offsets reach, element by element: the smallest volumes.
+    #[cold]
+    fn words_of_few<S: Simd, const N: usize>(self, simd: S, i: S::u32s, offsets: [u32; N]) -> [S::u32s; N] {
+        let mut out = [S::u32s::splat(simd, 0); N];
+        for (out, offset) in out.iter_mut().zip(offsets) {
+            for l in 0..S::u32s::LEN {
+                let first = i[l] as usize + offset as usize;
+                let found = self.0.get(first..).unwrap_or_default().iter().take(T::PER_WORD);
+                let word =
+                    found.enumerate().fold(0, |word, (k, v)| word | v.bits() << (k * 32 / T::PER_WORD));
+                out.as_mut_slice()[l] = word;
+            }
+        }
+        out
     }
 
     /// # Safety
@@ -307,6 +342,25 @@ mod tests {
                     dispatch(level, Check { data: &data, bytes: &bytes, indices });
                 }
             }
+        }
+    }
+
+    struct Few;
+
+    impl LaneWork for Few {
+        fn run<S: Simd>(self, simd: S) {
+            let data = [1u8, 2, 3, 4, 5, 6, 7, 8];
+            let words = LaneSource::new(&data).words(simd, S::u32s::splat(simd, 1), [0, 6]);
+            assert_eq!((words[0][0], words[1][0] & 0xff), (0x0504_0302, 8));
+            let beyond = LaneSource::new(&data).words(simd, S::u32s::splat(simd, u32::MAX), [0, 6]);
+            assert_eq!(beyond[1][0], 0);
+        }
+    }
+
+    #[test]
+    fn sources_shorter_than_offsets_reach_are_read_element_by_element() {
+        for choice in [SimdChoice::Scalar, SimdChoice::Auto] {
+            dispatch(choice.level().unwrap(), Few);
         }
     }
 

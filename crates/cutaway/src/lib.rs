@@ -1,8 +1,8 @@
 //! Direct volume rendering: volumes in, pictures out.
 //!
 //! This crate is one door to the crates that do the work. The modules of the core stand at its root ([`volume`],
-//! [`transfer_function`], [`camera`], [`scene`], ...), those that read and write files under [`io`], the engine under
-//! [`cpu`]. Whoever needs one part alone can depend on that part: the types are the same.
+//! [`transfer_function`], [`camera`], [`scene`], ...), those that read and write files under [`io`], closed surfaces
+//! under [`mesh`], the engine under [`cpu`]. Whoever needs one part alone can depend on that part: the types are the same.
 //!
 //! | to | start at |
 //! |---|---|
@@ -10,6 +10,7 @@
 //! | say what values look like | [`transfer_function::TransferFunction`], [`presets`], [`colormaps`], [`histogram::default_transfer_function`] |
 //! | look from somewhere | [`camera::Camera`], [`scene::default_camera`] |
 //! | put these together | [`scene::Scene`]; as a JSON file [`scene::SceneFile`] |
+//! | cut it open | [`clip::Clip`], [`mesh::MeshSolid`], [`scene::Scene::with_clip`] |
 //! | render | [`cpu::CpuRenderer`]; slow and exact: [`reference::render`](fn@reference::render) |
 //! | write and compare pictures | [`io::image::write_image`], [`image::compare`](mod@image::compare) |
 //!
@@ -23,6 +24,7 @@ pub use cutaway_core::{
 };
 pub use cutaway_cpu as cpu;
 pub use cutaway_io as io;
+pub use cutaway_mesh as mesh;
 
 /// The README's Rust examples, as tests.
 #[cfg(doctest)]

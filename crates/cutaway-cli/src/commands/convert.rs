@@ -1,9 +1,11 @@
-//! `cutaway convert`: a mesh in another format, closed or as it is.
+//! `cutaway convert`: a mesh in another format, closed or as it is; spline patches as triangles.
 
 use anyhow::Context;
 use cutaway_io::mesh::{MeshFormat, MeshReadOptions, read_mesh, recognize, write_mesh};
+use cutaway_io::patches;
 use cutaway_io::volume;
-use cutaway_mesh::{RepairOptions, repair};
+use cutaway_mesh::patches::Tessellation;
+use cutaway_mesh::{RepairOptions, TriangleMesh, repair};
 
 use crate::args::ConvertArgs;
 use crate::outputs::Outputs;
@@ -24,17 +26,38 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<()> {
         }
         options.weld_tolerance = tolerance;
     }
-    let loaded = read_mesh(&args.input, &MeshReadOptions::default())?;
-    loaded.notices.iter().for_each(|notice| verbosity.notice(notice));
+    let loaded = load(args, verbosity)?;
     let mesh = if args.repair {
-        let repaired = repair(&loaded.value, &options);
+        let repaired = repair(&loaded, &options);
         let repaired = repaired.with_context(|| args.input.display().to_string())?;
         repaired.notices.iter().for_each(|notice| verbosity.notice(&notice.to_string()));
         repaired.mesh.into_mesh()
     } else {
-        loaded.value
+        loaded
     };
     Ok(write_mesh(&args.output, &mesh)?)
+}
+
+/// A mesh, or the triangles of spline patches.
+fn load(args: &ConvertArgs, verbosity: Verbosity) -> anyhow::Result<TriangleMesh> {
+    if !patches::recognize(&args.input) {
+        if args.tolerance.is_some() {
+            return Err(wrong_use(format!(
+                "--tolerance is for spline patches; {} is not recognized as any",
+                args.input.display()
+            )));
+        }
+        let loaded = read_mesh(&args.input, &MeshReadOptions::default())?;
+        loaded.notices.iter().for_each(|notice| verbosity.notice(notice));
+        return Ok(loaded.value);
+    }
+    let set = patches::read(&args.input)?;
+    let tolerance = args.tolerance.unwrap_or_else(|| set.suggested_tolerance());
+    let made = set
+        .tessellate(&Tessellation::within(tolerance))
+        .map_err(|error| anyhow::anyhow!("{}: {error}", args.input.display()))?;
+    made.notices().iter().for_each(|notice| verbosity.notice(notice));
+    Ok(made.mesh)
 }
 
 /// Says of volumes that they are not converted, before their names are said to be no meshes.

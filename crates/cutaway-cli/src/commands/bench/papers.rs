@@ -4,6 +4,7 @@
 //! `papers/` makes the volumes and scenes. Times of other machines in other decades are no comparison of renderers: they
 //! say what was possible, and whether costs grow the same way.
 
+mod ray_triangle;
 mod termeer;
 
 use clap::ValueEnum;
@@ -70,6 +71,7 @@ fn section(section: PaperSection, effort: Effort) -> anyhow::Result<Section> {
     match section {
         PaperSection::TermeerSoftware => termeer::software(name, effort),
         PaperSection::TermeerImageSize => termeer::image_size(name, effort),
+        PaperSection::TermeerRayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
     }
 }
 
