@@ -446,7 +446,8 @@ pub(crate) enum PaperSection {
     /// Termeer 2005, figure 4.18 (a): frames a second over image size
     TermeerImageSize,
     /// Termeer 2005, table 3.1: relative speed of ray-triangle tests
-    TermeerRayTriangle,
+    #[value(name = "termeer-ray-triangle")]
+    RayTriangle,
 }
 
 /// Bits a channel.

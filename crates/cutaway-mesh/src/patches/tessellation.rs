@@ -22,7 +22,7 @@ pub enum Method {
     },
 }
 
-/// Settings of [`PatchSet::tessellate`].
+/// Settings of [`PatchSet::tessellate`](super::PatchSet::tessellate).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tessellation {
     /// How to cut.

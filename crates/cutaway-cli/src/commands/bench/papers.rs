@@ -71,7 +71,7 @@ fn section(section: PaperSection, effort: Effort) -> anyhow::Result<Section> {
     match section {
         PaperSection::TermeerSoftware => termeer::software(name, effort),
         PaperSection::TermeerImageSize => termeer::image_size(name, effort),
-        PaperSection::TermeerRayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
+        PaperSection::RayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
     }
 }
 
