@@ -20,13 +20,22 @@ pub(crate) trait LaneVoxel: PackedVoxel + Send + Sync + 'static {
         offsets: [u32; N],
     ) -> [[S::f32s; 2]; N];
 
-    /// The four voxels that begin at `i + offset`, for each offset.
+    /// The four voxels that begin at `i + offset`, for each offset: two pairs, unless one word holds them.
+    #[inline(always)]
     fn fours<S: Simd, const N: usize>(
         source: LaneSource<'_, Self>,
         simd: S,
         i: S::u32s,
         offsets: [u32; N],
-    ) -> [[S::f32s; 4]; N];
+    ) -> [[S::f32s; 4]; N] {
+        let (first, second) =
+            (Self::pairs(source, simd, i, offsets), Self::pairs(source, simd, i + 2, offsets));
+        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
+        for k in 0..N {
+            out[k] = [first[k][0], first[k][1], second[k][0], second[k][1]];
+        }
+        out
+    }
 }
 
 impl LaneVoxel for u8 {
@@ -77,22 +86,6 @@ impl LaneVoxel for u16 {
         }
         out
     }
-
-    #[inline(always)]
-    fn fours<S: Simd, const N: usize>(
-        source: LaneSource<'_, Self>,
-        simd: S,
-        i: S::u32s,
-        offsets: [u32; N],
-    ) -> [[S::f32s; 4]; N] {
-        let (first, second) =
-            (Self::pairs(source, simd, i, offsets), Self::pairs(source, simd, i + 2, offsets));
-        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
-        for k in 0..N {
-            out[k] = [first[k][0], first[k][1], second[k][0], second[k][1]];
-        }
-        out
-    }
 }
 
 impl LaneVoxel for f32 {
@@ -107,22 +100,6 @@ impl LaneVoxel for f32 {
         let mut out = [[S::f32s::splat(simd, 0.0); 2]; N];
         for k in 0..N {
             out[k] = [first[k].bitcast(), second[k].bitcast()];
-        }
-        out
-    }
-
-    #[inline(always)]
-    fn fours<S: Simd, const N: usize>(
-        source: LaneSource<'_, Self>,
-        simd: S,
-        i: S::u32s,
-        offsets: [u32; N],
-    ) -> [[S::f32s; 4]; N] {
-        let (first, second) =
-            (Self::pairs(source, simd, i, offsets), Self::pairs(source, simd, i + 2, offsets));
-        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
-        for k in 0..N {
-            out[k] = [first[k][0], first[k][1], second[k][0], second[k][1]];
         }
         out
     }

@@ -161,10 +161,7 @@ impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
         stretch: Stretch,
         pieces: u8,
     ) -> (u64, bool) {
-        let light = self.kernel.shading.as_ref().map(
-            #[inline(always)]
-            |s| (s, s.packet_light(simd, packet)),
-        );
+        let light = self.kernel.light(simd, packet);
         let cast = Cast { caster: self, packet, light };
         let mut local = *sum;
         let mut samples = 0;
@@ -253,7 +250,7 @@ pub(super) fn lit_by<S: Simd>([r, g, b]: [S::f32s; 3], lit: Option<(S::f32s, S::
 struct Cast<'a, S: Simd, T> {
     caster: &'a Caster<'a, T>,
     packet: &'a Packet<S>,
-    light: Option<(&'a super::Shading, super::shading::PacketLight<S>)>,
+    light: Option<super::PacketLight<'a, S>>,
 }
 
 impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {

@@ -58,7 +58,17 @@ impl<'a> Kernel<'a> {
         };
         Self { scene, volume, classification, shading, opaque_below, clip: ClipFrame::new(scene), bricks }
     }
+
+    /// The light of a packet, where the scene is shaded.
+    #[inline(always)]
+    fn light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> Option<PacketLight<'_, S>> {
+        let shading = self.shading.as_ref()?;
+        Some((shading, shading.packet_light(simd, packet)))
+    }
 }
+
+/// A scene's light, and what of it a packet sees.
+type PacketLight<'a, S> = (&'a Shading, shading::PacketLight<S>);
 
 /// Casts the tile whose top left pixel is `(x, y)`.
 pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, x: u32, y: u32) -> Tile {

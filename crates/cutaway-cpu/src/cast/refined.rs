@@ -14,7 +14,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use super::Kernel;
 use super::composite::{Accumulated, StretchCaster, composite, composite_premultiplied, lit_by, shorter};
-use super::shading::{PacketLight, Shading, Terms};
+use super::shading::Terms;
 use crate::bundle::Stretch;
 use crate::packet::Packet;
 use crate::sample::{CellPosition, Grid, LaneVoxel, OnPlane, lerp};
@@ -71,7 +71,7 @@ struct End<S: Simd> {
 struct Cast<'a, S: Simd, T> {
     caster: &'a Refined<'a, T>,
     packet: &'a Packet<S>,
-    light: Option<(&'a Shading, PacketLight<S>)>,
+    light: Option<super::PacketLight<'a, S>>,
     plane: Option<OnPlane>,
 }
 
@@ -107,10 +107,7 @@ impl<T: LaneVoxel> StretchCaster for Refined<'_, T> {
         stretch: Stretch,
         _: u8,
     ) -> (u64, bool) {
-        let light = self.kernel.shading.as_ref().map(
-            #[inline(always)]
-            |s| (s, s.packet_light(simd, packet)),
-        );
+        let light = self.kernel.light(simd, packet);
         let on_planes = self.kernel.scene.settings().sampling == Sampling::Object;
         let plane = packet.axis.filter(|_| on_planes).map(|(axis, _)| OnPlane { axis });
         let cast = Cast { caster: self, packet, light, plane };
