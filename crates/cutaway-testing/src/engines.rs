@@ -3,6 +3,7 @@
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_cpu::{CpuRenderer, SimdChoice, Statistics};
+use cutaway_gpu::RaycastRenderer;
 
 /// The CPU engine's image of a scene. `threads`: 0 for one a core.
 ///
@@ -13,4 +14,14 @@ pub fn cpu(scene: &Scene, simd: SimdChoice, threads: usize) -> (Image, Statistic
     let volume = renderer.prepare(scene.volume()).expect("a volume that the engine can address");
     let classification = renderer.classify(&volume, scene);
     renderer.render(&volume, &classification, scene, &|_| {})
+}
+
+/// The GPU ray caster's image of a scene, on the best adapter there is.
+///
+/// # Panics
+/// If anything fails.
+pub fn raycast(scene: &Scene, renderer: &RaycastRenderer) -> (Image, cutaway_gpu::Statistics) {
+    let volume = renderer.prepare(scene.volume()).expect("a volume that fits");
+    let classification = renderer.classify(&volume, scene).expect("tables that fit");
+    renderer.render(&volume, &classification, scene, &|_| {}).expect("a frame")
 }

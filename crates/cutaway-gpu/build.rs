@@ -1,0 +1,18 @@
+//! Links the shaders: a `.wgsl` file says what it imports of others, and each that is listed here becomes one text with all
+//! of it inside.
+
+use wesl::{ManglerKind, ModulePath, Wesl};
+
+/// Shaders that pipelines are made of, by their paths below `src`.
+const SHADERS: &[&str] = &["raycast::raycast"];
+
+fn main() {
+    let mut linker = Wesl::new("src");
+    // Names stay as they are written, for the host to find; two alike in one shader do not pass its validation.
+    linker.set_mangler(ManglerKind::None);
+    for path in SHADERS {
+        let module: ModulePath = format!("package::{path}").parse().expect("a path of names");
+        linker.build_artifact(&module, &path.replace("::", "_"));
+    }
+    println!("cargo::rerun-if-changed=build.rs");
+}

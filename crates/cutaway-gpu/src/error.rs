@@ -1,0 +1,61 @@
+//! Why something could not be done on a GPU.
+
+use cutaway_core::glam::UVec3;
+
+/// Why the engine cannot start or render.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// No adapter at all, or none that a device can be had of.
+    #[error(
+        "no usable GPU: {reason}; install a Vulkan driver (software: mesa-vulkan-drivers) or take `--engine cpu`"
+    )]
+    NoAdapter {
+        /// What the system said.
+        reason: String,
+    },
+    /// No adapter is called what was asked for.
+    #[error("no GPU is called `{wanted}`; there are: {found}")]
+    UnknownAdapter {
+        /// The name asked for.
+        wanted: String,
+        /// Names of those that there are.
+        found: String,
+    },
+    /// The adapter lacks what everything here needs.
+    #[error("{adapter} cannot be used: {lacking}")]
+    Insufficient {
+        /// Its name.
+        adapter: String,
+        /// What is not there.
+        lacking: String,
+    },
+    /// The device's memory does not suffice.
+    #[error("the GPU has not enough memory for {what}")]
+    OutOfMemory {
+        /// What was to be made.
+        what: String,
+    },
+    /// The device is gone: reset, unplugged, or its driver crashed.
+    #[error("the GPU was lost: {reason}")]
+    Lost {
+        /// What the driver said.
+        reason: String,
+    },
+    /// More voxels along a side than the adapter can hold, in whichever way.
+    #[error("a volume of {dimensions} voxels does not fit on this GPU: {reason}")]
+    TooLarge {
+        /// Voxels along x, y, z.
+        dimensions: UVec3,
+        /// What was exceeded.
+        reason: String,
+    },
+    /// The driver refused what should be right: a fault of ours, or of the driver.
+    #[error("the GPU refused {what}: {reason}")]
+    Refused {
+        /// What was to be done.
+        what: String,
+        /// What the driver said.
+        reason: String,
+    },
+}

@@ -1,0 +1,32 @@
+//! The GPU renderers.
+//!
+//! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`](cutaway_core::image::Image). [`raycast`]
+//! casts a ray a pixel in a fragment shader.
+//!
+//! | object | holds | made anew |
+//! |---|---|---|
+//! | [`Gpu`] | device, queue, what they can do | once |
+//! | [`RaycastRenderer`] | pipelines | once |
+//! | [`GpuVolume`] | voxels | for another volume |
+//! | [`GpuClassification`] | table, occupancy | on an edit of the transfer function, mode or step |
+//! | targets | the image | for another size |
+//! | uniforms | camera, light | each frame |
+//!
+//! Shaders are `.wgsl` files beside the Rust that uses them, those in `shared/` used by several; the build links each with
+//! what it imports.
+#![forbid(unsafe_code)]
+
+mod classification;
+pub mod context;
+mod error;
+pub mod raycast;
+mod volume;
+
+pub use classification::GpuClassification;
+pub use context::{Gpu, GpuOptions};
+pub use error::GpuError;
+pub use raycast::{RaycastRenderer, Statistics};
+pub use volume::{GpuVolume, Texels};
+
+#[cfg(test)]
+mod shader_tests;

@@ -1,0 +1,65 @@
+// Emission and absorption: each step is classified at its middle and has the opacity of its own length.
+
+import package::raycast::pixel::Pixel;
+import package::shared::blocks::next_run;
+import package::shared::classification::{classified, opacity_of};
+import package::shared::face::{Face, impregnated};
+import package::shared::frame::frame;
+import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::ray::{Ray, position};
+import package::shared::volume::{gradient_at, value_at};
+
+override SHADED: bool = true;
+
+// What lies behind takes over from T to T * (1 - alpha); depth is where opacity passes one half.
+fn absorb(pixel: ptr<function, Pixel>, color: vec3f, alpha: f32, t: f32, length: f32) {
+    let before = (*pixel).transmittance;
+    let after = before * (1.0 - alpha);
+    (*pixel).color += before * alpha * color;
+    (*pixel).transmittance = after;
+    if before > 0.5 && after <= 0.5 {
+        // Opacity grows exponentially within a step of constant extinction.
+        (*pixel).depth = t + length * log(before * 2.0) / log(before / max(after, 1e-30));
+    }
+}
+
+// The segment from t_near to t_far, behind what the pixel has gathered.
+fn composite(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t_far: f32) {
+    let step = frame.step_length;
+    let steps = i32(ceil((t_far - t_near) / step));
+    var i = 0;
+    while i < steps {
+        let run = next_run(ray, t_near + f32(i) * step, t_far);
+        if run.x >= run.y {
+            return;
+        }
+        (*pixel).runs += 1u;
+        i = max(i, i32(floor((run.x - t_near) / step)));
+        // One step at least: a run may lie within a step that has been taken.
+        let end = max(i + 1, min(steps, i32(ceil((run.y - t_near) / step))));
+        for (; i < end; i += 1) {
+            let t = t_near + f32(i) * step;
+            let length = min(step, t_far - t);
+            sample(pixel, ray, face, t, length);
+            if (*pixel).transmittance < frame.opaque_below {
+                return;
+            }
+        }
+    }
+}
+
+fn sample(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t: f32, length: f32) {
+    let middle = t + 0.5 * length;
+    let p = position(ray, middle);
+    let entry = classified(value_at(p));
+    (*pixel).samples += 1u;
+    if entry.w <= 0.0 {
+        return;
+    }
+    var terms = UNLIT;
+    if SHADED {
+        terms = impregnated(face, middle, terms_of_gradient(gradient_at(p), ray.direction_in_world));
+        (*pixel).samples += 6u;
+    }
+    absorb(pixel, lit(entry.xyz, terms), opacity_of(entry.w * length / frame.step_length), t, length);
+}

@@ -1,0 +1,181 @@
+// Isosurfaces, exactly: a ray goes from cell to cell; inside a cell the trilinear field along it is a cubic, whose pieces
+// between its extrema rise or fall, so that each level is crossed once a piece at most, and is then found by bisection and
+// false position. What one cell ends with the next one begins with: no surface is lost or doubled at a face.
+
+import package::raycast::pixel::{Pixel, add_surface};
+import package::shared::blocks::next_run;
+import package::shared::classification::isosurface;
+import package::shared::face::Face;
+import package::shared::frame::frame;
+import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::ray::{Ray, position};
+import package::shared::volume::{Corners, cell_of, corners_of, gradient_at, trilinear};
+import package::raycast::composite::SHADED;
+
+// c.x + s (c.y + s (c.z + s c.w)), s from 0 to 1 along a cell's stretch.
+fn cubic_at(c: vec4f, s: f32) -> f32 {
+    return c.x + s * (c.y + s * (c.z + s * c.w));
+}
+
+// Through the values at 0, 1/3, 2/3 and 1.
+fn cubic_through(v: vec4f) -> vec4f {
+    let b = 0.5 * (-11.0 * v.x + 18.0 * v.y - 9.0 * v.z + 2.0 * v.w);
+    let c = 4.5 * (2.0 * v.x - 5.0 * v.y + 4.0 * v.z - v.w);
+    let d = 4.5 * (-v.x + 3.0 * v.y - 3.0 * v.z + v.w);
+    return vec4f(v.x, b, c, d);
+}
+
+// The extrema inside, ascending; 1 where there is none.
+fn extrema(c: vec4f) -> vec2f {
+    let a = 3.0 * c.w;
+    let b = 2.0 * c.z;
+    let discriminant = b * b - 4.0 * a * c.y;
+    if discriminant <= 0.0 {
+        return vec2f(1.0);
+    }
+    // Without cancellation: q is the larger of both sums.
+    let root = sqrt(discriminant);
+    let q = -0.5 * (b + select(-root, root, b >= 0.0));
+    let s = vec2f(select(q / a, 1.0, a == 0.0), select(c.y / q, 1.0, q == 0.0));
+    let inside = select(vec2f(1.0), s, (s > vec2f(0.0)) & (s < vec2f(1.0)));
+    return vec2f(min(inside.x, inside.y), max(inside.x, inside.y));
+}
+
+// Where a piece that rises or falls from s0 to s1 is at `level`.
+fn crossing(c: vec4f, level: f32, s0: f32, s1: f32) -> f32 {
+    var a = s0;
+    var b = s1;
+    var fa = cubic_at(c, a) - level;
+    var fb = cubic_at(c, b) - level;
+    for (var i = 0; i < 12; i += 1) {
+        let slope = fb - fa;
+        // False position and halving by turns: the first is fast, the second is never slow.
+        var s = 0.5 * (a + b);
+        if (i & 1) == 0 && slope != 0.0 {
+            s = clamp(a - fa * (b - a) / slope, a, b);
+        }
+        let f = cubic_at(c, s) - level;
+        if f == 0.0 {
+            return s;
+        }
+        if (f < 0.0) == (fa < 0.0) {
+            a = s;
+            fa = f;
+        } else {
+            b = s;
+            fb = f;
+        }
+    }
+    let slope = fb - fa;
+    return select(clamp(a - fa * (b - a) / slope, a, b), 0.5 * (a + b), slope == 0.0);
+}
+
+fn surface(pixel: ptr<function, Pixel>, ray: Ray, index: u32, t: f32) {
+    var terms = UNLIT;
+    if SHADED {
+        let p = clamp(position(ray, t), vec3f(0.0), frame.extent);
+        terms = terms_of_gradient(gradient_at(p), ray.direction_in_world);
+        (*pixel).samples += 6u;
+    }
+    add_surface(pixel, lit(isosurface(index).xyz, terms), frame.iso_opacity, t);
+}
+
+// The levels between `before` and `after`, in the order in which a ray crosses them.
+fn cross_levels(
+    pixel: ptr<function, Pixel>,
+    ray: Ray,
+    c: vec4f,
+    s: vec2f,
+    before: f32,
+    after: f32,
+    t: f32,
+    length: f32,
+) {
+    let rises = after > before;
+    for (var k = 0u; k < frame.iso_count; k += 1u) {
+        let index = select(frame.iso_count - 1u - k, k, rises);
+        let level = isosurface(index).w;
+        // At a level is above it.
+        if (before >= level) != (after >= level) {
+            surface(pixel, ray, index, t + length * crossing(c, level, s.x, s.y));
+            if (*pixel).transmittance < frame.opaque_below {
+                return;
+            }
+        }
+    }
+}
+
+// Of the levels that a ray begins above, the innermost: the cut closes it.
+fn close_by_cut(pixel: ptr<function, Pixel>, face: Face, value: f32) {
+    for (var k = frame.iso_count; k > 0u; k -= 1u) {
+        let level = isosurface(k - 1u);
+        if value >= level.w {
+            add_surface(pixel, lit(level.xyz, face.terms), frame.iso_opacity, face.t);
+            return;
+        }
+    }
+}
+
+fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t_far: f32) {
+    let along = abs(ray.direction);
+    let nudge = 1e-4 / max(along.x, max(along.y, along.z));
+    var t = t_near;
+    // The field at t, once it is known.
+    var value = 0.0;
+    var known = false;
+    if face.present && frame.cap == 1u {
+        let p = clamp(position(ray, t_near), vec3f(0.0), frame.extent);
+        let cell = cell_of(p);
+        value = trilinear(corners_of(cell), p - vec3f(cell));
+        close_by_cut(pixel, face, value);
+        known = true;
+    }
+    while (t < t_far) && ((*pixel).transmittance >= frame.opaque_below) {
+        let run = next_run(ray, t, t_far);
+        if run.x >= run.y {
+            return;
+        }
+        known = known && run.x <= t;
+        t = run.x;
+        (*pixel).runs += 1u;
+        while (t < run.y) && ((*pixel).transmittance >= frame.opaque_below) {
+            let cell = cell_of(position(ray, t + nudge));
+            let end = min(max(cell_exit(ray, cell), t + nudge), t_far);
+            let length = end - t;
+            let corners = corners_of(cell);
+            (*pixel).samples += 1u;
+            var v: vec4f;
+            for (var k = 0; k < 4; k += 1) {
+                let f = clamp(position(ray, t + length * f32(k) / 3.0) - vec3f(cell), vec3f(0.0), vec3f(1.0));
+                v[k] = trilinear(corners, f);
+            }
+            let before = select(v.x, value, known);
+            value = v.w;
+            known = true;
+            let c = cubic_through(v);
+            let e = extrema(c);
+            let first = cubic_at(c, e.x);
+            let second = cubic_at(c, e.y);
+            if e.x >= 1.0 {
+                cross_levels(pixel, ray, c, vec2f(0.0, 1.0), before, value, t, length);
+            } else {
+                cross_levels(pixel, ray, c, vec2f(0.0, e.x), before, first, t, length);
+                if (e.y < 1.0) && ((*pixel).transmittance >= frame.opaque_below) {
+                    cross_levels(pixel, ray, c, vec2f(e.x, e.y), first, second, t, length);
+                }
+                if (*pixel).transmittance >= frame.opaque_below {
+                    cross_levels(pixel, ray, c, vec2f(e.y, 1.0), select(first, second, e.y < 1.0), value, t, length);
+                }
+            }
+            t = end;
+        }
+    }
+}
+
+fn cell_exit(ray: Ray, cell: vec3i) -> f32 {
+    let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), ray.direction > vec3f(0.0));
+    let parallel = abs(ray.direction) < vec3f(1e-12);
+    let exit = (side - ray.point) / select(ray.direction, vec3f(1.0), parallel);
+    let far = select(exit, vec3f(1e30), parallel);
+    return min(far.x, min(far.y, far.z));
+}

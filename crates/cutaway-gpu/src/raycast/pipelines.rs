@@ -1,0 +1,252 @@
+//! The pipelines: one a variant of the shader, made when it is first needed, and what they are bound to.
+
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+use cutaway_core::lighting::DiffuseCurve;
+use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
+use wgpu::util::DeviceExt;
+
+use super::targets::FORMATS;
+use super::{FrameUniforms, SHADER};
+use crate::classification::GpuClassification;
+use crate::context::{Filtering, Gpu};
+use crate::error::GpuError;
+use crate::volume::GpuVolume;
+
+/// What a frame is drawn from.
+pub(crate) struct Inputs<'a> {
+    pub(crate) volume: &'a GpuVolume,
+    pub(crate) classification: &'a GpuClassification,
+}
+
+/// What is decided when a shader is compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Variant {
+    mode: Mode,
+    shaded: bool,
+    curve: u32,
+    filtering: Filtering,
+    /// Whether the voxels can be filtered at all.
+    filterable: bool,
+    skip_blocks: bool,
+}
+
+impl Variant {
+    pub(crate) fn of(scene: &Scene, volume: &GpuVolume) -> Self {
+        let curve = match scene.lighting().diffuse_curve {
+            DiffuseCurve::Clamped => 0,
+            DiffuseCurve::TwoSided => 1,
+            DiffuseCurve::Wrapped => 2,
+        };
+        Self {
+            mode: scene.settings().mode,
+            shaded: scene.is_shaded(),
+            curve,
+            filtering: volume.texels().filtering,
+            filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
+            skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+        }
+    }
+
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        let mode = match self.mode {
+            Mode::Composite => 0.0,
+            Mode::Iso => 1.0,
+            Mode::Mip => 2.0,
+            Mode::Minip => 3.0,
+            Mode::Mean => 4.0,
+        };
+        let flag = |on: bool| f64::from(u8::from(on));
+        vec![
+            ("MODE", mode),
+            ("SHADED", flag(self.shaded)),
+            ("DIFFUSE_CURVE", f64::from(self.curve)),
+            ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
+            ("SKIP_BLOCKS", flag(self.skip_blocks)),
+        ]
+    }
+}
+
+/// The shader, its bindings, and a pipeline a variant.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    shader: wgpu::ShaderModule,
+    /// By whether the voxels can be filtered.
+    layouts: [[wgpu::BindGroupLayout; 2]; 2],
+    made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
+    samplers: [wgpu::Sampler; 2],
+    nothing: Nothing,
+}
+
+/// What is bound where there is nothing to bind.
+#[derive(Debug)]
+struct Nothing {
+    range: wgpu::TextureView,
+    words: wgpu::Buffer,
+}
+
+impl Pipelines {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let device = gpu.device();
+        gpu.checked("the ray caster's shader", || {
+            let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("raycast"),
+                source: wgpu::ShaderSource::Wgsl(SHADER.into()),
+            });
+            let layouts = [false, true].map(|filterable| bind_group_layouts(device, filterable));
+            let samplers = [wgpu::FilterMode::Nearest, wgpu::FilterMode::Linear].map(|filter| {
+                device.create_sampler(&wgpu::SamplerDescriptor {
+                    label: Some("voxels"),
+                    mag_filter: filter,
+                    min_filter: filter,
+                    ..wgpu::SamplerDescriptor::default()
+                })
+            });
+            Self { shader, layouts, made: Mutex::default(), samplers, nothing: Nothing::new(device) }
+        })
+    }
+
+    /// The pipeline of a variant.
+    pub(crate) fn get(&self, gpu: &Gpu, variant: Variant) -> Result<wgpu::RenderPipeline, GpuError> {
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = made.get(&variant) {
+            return Ok(pipeline.clone());
+        }
+        let pipeline = gpu.checked("the ray caster's pipeline", || self.pipeline(gpu.device(), variant))?;
+        made.insert(variant, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
+        let [scene, frame] = &self.layouts[usize::from(variant.filterable)];
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("raycast"),
+            bind_group_layouts: &[Some(scene), Some(frame)],
+            immediate_size: 0,
+        });
+        let constants = variant.constants();
+        let compilation = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("raycast"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &self.shader,
+                entry_point: Some("whole_image"),
+                compilation_options: compilation.clone(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.shader,
+                entry_point: Some("cast_pixel"),
+                compilation_options: compilation,
+                targets: &FORMATS.map(|format| Some(format.into())),
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+
+    /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
+    pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
+        let device = gpu.device();
+        let filterable = inputs.volume.texels().format != wgpu::TextureFormat::R32Float;
+        let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("frame"),
+            contents: bytemuck::bytes_of(uniforms),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let bind = |group: usize, resources: &[wgpu::BindingResource]| {
+            let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
+                .zip(resources)
+                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+                .collect();
+            let layout = &self.layouts[usize::from(filterable)][group];
+            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+        };
+        let scene = bind(
+            0,
+            &[
+                uniforms.as_entire_binding(),
+                wgpu::BindingResource::TextureView(inputs.volume.view()),
+                wgpu::BindingResource::Sampler(&self.samplers[usize::from(filterable)]),
+                inputs.classification.occupied().as_entire_binding(),
+                inputs.classification.table().as_entire_binding(),
+            ],
+        );
+        let nothing = &self.nothing;
+        let image = bind(
+            1,
+            &[
+                wgpu::BindingResource::TextureView(&nothing.range),
+                nothing.words.as_entire_binding(),
+                nothing.words.as_entire_binding(),
+            ],
+        );
+        [scene, image]
+    }
+}
+
+impl Nothing {
+    fn new(device: &wgpu::Device) -> Self {
+        let range = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("no range"),
+            size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rg32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let words = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("no segments"),
+            size: 16,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        Self { range: range.create_view(&wgpu::TextureViewDescriptor::default()), words }
+    }
+}
+
+fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGroupLayout; 2] {
+    let texture = |dimension, filterable| wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable },
+        view_dimension: dimension,
+        multisampled: false,
+    };
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let words = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    let sampler =
+        if filterable { wgpu::SamplerBindingType::Filtering } else { wgpu::SamplerBindingType::NonFiltering };
+    let make = |label, types: &[wgpu::BindingType]| {
+        let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
+            .zip(types)
+            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: *ty,
+                count: None,
+            })
+            .collect();
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        })
+    };
+    let scene = make(
+        "scene",
+        &[
+            buffer(wgpu::BufferBindingType::Uniform),
+            texture(wgpu::TextureViewDimension::D3, filterable),
+            wgpu::BindingType::Sampler(sampler),
+            words,
+            words,
+        ],
+    );
+    let image = make("image", &[texture(wgpu::TextureViewDimension::D2, false), words, words]);
+    [scene, image]
+}

@@ -1,0 +1,60 @@
+// Projections: the greatest, the least or the mean value over all segments, classified once.
+
+import package::raycast::pixel::Pixel;
+import package::shared::classification::classified;
+import package::shared::frame::frame;
+import package::shared::ray::{Ray, position};
+import package::shared::volume::value_at;
+
+// What is left to classify.
+struct Projected {
+    // Greatest or least texel; the sum of texel times length for the mean.
+    value: f32,
+    length: f32,
+    t: f32,
+}
+
+const NOTHING_PROJECTED = Projected(0.0, 0.0, 1e30);
+
+// 1 maximum, -1 minimum, 0 mean.
+fn project(
+    projected: ptr<function, Projected>,
+    pixel: ptr<function, Pixel>,
+    ray: Ray,
+    kind: f32,
+    t_near: f32,
+    t_far: f32,
+) {
+    let step = frame.step_length;
+    let steps = i32(ceil((t_far - t_near) / step));
+    for (var i = 0; i < steps; i += 1) {
+        let t = t_near + f32(i) * step;
+        let length = min(step, t_far - t);
+        let middle = t + 0.5 * length;
+        let value = value_at(position(ray, middle));
+        (*pixel).samples += 1u;
+        if kind == 0.0 {
+            (*projected).value += value * length;
+            (*projected).t = min((*projected).t, t_near);
+        } else if (*projected).length == 0.0 || (value - (*projected).value) * kind > 0.0 {
+            (*projected).value = value;
+            (*projected).t = middle;
+        }
+        (*projected).length += length;
+    }
+}
+
+// The opacity of a projected value is used as it is: the table holds it for projections.
+fn finish_projection(projected: Projected, kind: f32, pixel: ptr<function, Pixel>) {
+    if projected.length <= 0.0 {
+        return;
+    }
+    let value = select(projected.value, projected.value / projected.length, kind == 0.0);
+    let entry = classified(value);
+    let weight = (*pixel).transmittance * entry.w;
+    (*pixel).color += weight * entry.xyz;
+    (*pixel).transmittance -= weight;
+    if entry.w > 0.0 {
+        (*pixel).depth = projected.t;
+    }
+}

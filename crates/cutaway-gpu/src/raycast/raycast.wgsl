@@ -1,0 +1,103 @@
+// The GPU ray caster: a fragment a pixel, a ray a fragment (Termeer 4.2.1). A ray is the sum of its segments; each is
+// sampled from its own near end on, so that both ends are exact.
+
+import package::raycast::composite::{SHADED, composite};
+import package::raycast::isosurface::isosurfaces;
+import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface};
+import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
+import package::shared::face::{Face, face_of};
+import package::shared::frame::frame;
+import package::shared::lighting::{UNLIT, lit};
+import package::shared::ray::{Ray, box_range, ray_of};
+import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
+
+// 0 composite, 1 isosurfaces, 2 maximum, 3 minimum, 4 mean.
+override MODE: u32 = 0u;
+// Rays begin and end at the proxy geometry.
+override PROXY: bool = false;
+
+// Nearest and farthest distance of the proxy geometry along the pixel's ray, the latter negated.
+@group(1) @binding(0) var proxy_range: texture_2d<f32>;
+
+struct Output {
+    // Premultiplied.
+    @location(0) color: vec4f,
+    // World distance from the eye; 1e30 where nothing is.
+    @location(1) depth: f32,
+    // Values of the field that were taken, and stretches of visible blocks.
+    @location(2) counts: vec2u,
+}
+
+@vertex
+fn whole_image(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    return vec4f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn cast_pixel(@builtin(position) at: vec4f) -> Output {
+    let place = vec2u(at.xy);
+    let ray = ray_of(vec2f(place));
+    var range = box_range(ray);
+    if PROXY {
+        let proxy = textureLoad(proxy_range, place, 0).xy;
+        range = vec2f(max(range.x, proxy.x), min(range.y, -proxy.y));
+    }
+    var pixel = NOTHING;
+    if range.x < range.y {
+        cast_ray(&pixel, ray, place, range);
+    }
+    let depth = select(pixel.depth + ray.base, NO_DEPTH, pixel.depth == NO_DEPTH);
+    return Output(vec4f(pixel.color, 1.0 - pixel.transmittance), depth, vec2u(pixel.samples, pixel.runs));
+}
+
+fn projection_kind() -> f32 {
+    if MODE == 2u {
+        return 1.0;
+    }
+    return select(0.0, -1.0, MODE == 3u);
+}
+
+fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
+    var projected = NOTHING_PROJECTED;
+    if CLIPPED {
+        let count = segment_count(place);
+        for (var k = 0u; k < count; k += 1u) {
+            let piece = segment(place, k);
+            let t_near = max(piece.t_near, range.x);
+            let t_far = min(piece.t_far, range.y);
+            let face = face_of(ray, piece, SHADED);
+            if face.present && frame.overlay > 0.0 {
+                add_surface(pixel, lit(vec3f(1.0), face.terms), frame.overlay, face.t);
+            }
+            if t_near < t_far {
+                cast_segment(pixel, &projected, ray, face, t_near, t_far);
+            }
+            if MODE < 2u && (*pixel).transmittance < frame.opaque_below {
+                break;
+            }
+        }
+    } else {
+        let face = Face(false, 0.0, UNLIT, 0.0);
+        cast_segment(pixel, &projected, ray, face, range.x, range.y);
+    }
+    if MODE >= 2u {
+        finish_projection(projected, projection_kind(), pixel);
+    }
+}
+
+fn cast_segment(
+    pixel: ptr<function, Pixel>,
+    projected: ptr<function, Projected>,
+    ray: Ray,
+    face: Face,
+    t_near: f32,
+    t_far: f32,
+) {
+    if MODE == 0u {
+        composite(pixel, ray, face, t_near, t_far);
+    } else if MODE == 1u {
+        isosurfaces(pixel, ray, face, t_near, t_far);
+    } else {
+        project(projected, pixel, ray, projection_kind(), t_near, t_far);
+    }
+}

@@ -1,0 +1,185 @@
+//! What a frame tells its shader: the host's side of `shared/frame.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use cutaway_core::camera::PixelPlane;
+use cutaway_core::clip::Impregnation;
+use cutaway_core::field::vanishing_gradient;
+use cutaway_core::glam::{DVec3, UVec3};
+use cutaway_core::scene::{Mode, Scene};
+
+use crate::classification::GpuClassification;
+use crate::volume::GpuVolume;
+
+/// As `Frame` in `shared/frame.wgsl`, field by field; a test holds the two against each other.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct FrameUniforms {
+    pub(crate) point_first: [f32; 3],
+    pub(crate) step_length: f32,
+    pub(crate) point_per_x: [f32; 3],
+    pub(crate) base_distance: f32,
+    pub(crate) point_per_y: [f32; 3],
+    pub(crate) opaque_below: f32,
+    pub(crate) direction_first: [f32; 3],
+    pub(crate) vanishing: f32,
+    pub(crate) direction_per_x: [f32; 3],
+    pub(crate) ambient: f32,
+    pub(crate) direction_per_y: [f32; 3],
+    pub(crate) diffuse: f32,
+    pub(crate) voxel_from_world_x: [f32; 3],
+    pub(crate) specular: f32,
+    pub(crate) voxel_from_world_y: [f32; 3],
+    pub(crate) specular_power: f32,
+    pub(crate) voxel_from_world_z: [f32; 3],
+    pub(crate) wrap_power: f32,
+    pub(crate) gradient_from_texel_x: [f32; 3],
+    pub(crate) mean_diffuse: f32,
+    pub(crate) gradient_from_texel_y: [f32; 3],
+    pub(crate) mean_specular: f32,
+    pub(crate) gradient_from_texel_z: [f32; 3],
+    pub(crate) iso_opacity: f32,
+    pub(crate) light: [f32; 3],
+    pub(crate) headlight: u32,
+    pub(crate) extent: [f32; 3],
+    pub(crate) parallel: u32,
+    pub(crate) table_offset: f32,
+    pub(crate) table_scale: f32,
+    pub(crate) table_last: u32,
+    pub(crate) iso_count: u32,
+    pub(crate) blocks: [u32; 3],
+    pub(crate) block_edge: f32,
+    pub(crate) coarse_blocks: [u32; 3],
+    pub(crate) coarse_edge: f32,
+    pub(crate) impregnation_depth: f32,
+    pub(crate) impregnation: u32,
+    pub(crate) overlay: f32,
+    pub(crate) cap: u32,
+    pub(crate) resolution: [u32; 2],
+    pub(crate) bins_offset: f32,
+    pub(crate) bins_scale: f32,
+    pub(crate) bins_last: u32,
+    pub(crate) nodes: u32,
+    pub(crate) reserved: [u32; 2],
+}
+
+impl FrameUniforms {
+    /// The rays of a scene's camera, an image of `resolution` pixels, and what was prepared of the scene's volume.
+    pub(crate) fn new(
+        scene: &Scene,
+        volume: &GpuVolume,
+        classification: &GpuClassification,
+        resolution: [u32; 2],
+    ) -> Self {
+        let mut uniforms = Self::zeroed();
+        uniforms.resolution = resolution;
+        uniforms.set_rays(scene);
+        uniforms.set_gradient(scene, volume);
+        uniforms.set_light(scene);
+        uniforms.set_sampling(scene);
+        uniforms.set_clip(scene);
+        uniforms.set_classification(classification);
+        uniforms
+    }
+
+    fn set_rays(&mut self, scene: &Scene) {
+        let volume = scene.volume();
+        let [width, height] = self.resolution;
+        let rays = scene.camera().rays(width, height);
+        let radius = 0.5 * volume.corners_in_world()[0].distance(volume.corners_in_world()[7]);
+        // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
+        let depth = rays.depth_of(volume.center_in_world()).max(radius);
+        let plane = rays.plane(depth);
+        let voxel_from_world = volume.voxel_from_world();
+        let points = PixelPlane {
+            first: voxel_from_world.transform_point3(plane.first),
+            per_x: voxel_from_world.transform_vector3(plane.per_x),
+            per_y: voxel_from_world.transform_vector3(plane.per_y),
+        };
+        let ways = match rays.eye() {
+            Some(eye) => PixelPlane { first: plane.first - eye, ..plane },
+            None => PixelPlane { first: rays.axes().forward, per_x: DVec3::ZERO, per_y: DVec3::ZERO },
+        };
+        self.parallel = u32::from(rays.eye().is_none());
+        self.base_distance = depth as f32;
+        [self.point_first, self.point_per_x, self.point_per_y] =
+            [points.first, points.per_x, points.per_y].map(single);
+        [self.direction_first, self.direction_per_x, self.direction_per_y] =
+            [ways.first, ways.per_x, ways.per_y].map(single);
+        let m = voxel_from_world.matrix3;
+        [self.voxel_from_world_x, self.voxel_from_world_y, self.voxel_from_world_z] =
+            [m.x_axis, m.y_axis, m.z_axis].map(single);
+        self.extent = single(volume.extent());
+    }
+
+    fn set_gradient(&mut self, scene: &Scene, volume: &GpuVolume) {
+        let source = scene.volume();
+        let [lo, hi] = source.value_range();
+        // In units of the value range, so that no volume's gradients leave what f32 can hold.
+        let span = if hi > lo { hi - lo } else { 1.0 };
+        let value_per_texel = source.rescale().slope * volume.texels().stored_per_texel / span;
+        // Half, for differences are over two voxels.
+        let m = source.voxel_from_world().matrix3.transpose() * (0.5 * value_per_texel);
+        [self.gradient_from_texel_x, self.gradient_from_texel_y, self.gradient_from_texel_z] =
+            [m.x_axis, m.y_axis, m.z_axis].map(single);
+        self.vanishing = (vanishing_gradient(source) / span) as f32;
+    }
+
+    fn set_light(&mut self, scene: &Scene) {
+        let lighting = scene.lighting();
+        self.ambient = lighting.ambient as f32;
+        self.diffuse = lighting.diffuse as f32;
+        self.specular = lighting.specular as f32;
+        self.specular_power = lighting.specular_power as f32;
+        self.wrap_power = lighting.wrap_power as f32;
+        let (d, s) = lighting.mean_curves();
+        (self.mean_diffuse, self.mean_specular) = (d as f32, s as f32);
+        let light = lighting.light.and_then(|l| DVec3::from_array(l).try_normalize());
+        self.headlight = u32::from(light.is_none());
+        self.light = single(light.unwrap_or(DVec3::Z));
+    }
+
+    fn set_sampling(&mut self, scene: &Scene) {
+        let settings = scene.settings();
+        self.step_length = scene.step_length() as f32;
+        // Of an image in f32, what is less cannot be seen.
+        self.opaque_below = (1.0 - settings.early_termination).max(1e-7) as f32;
+        self.iso_opacity = settings.iso_opacity as f32;
+        self.iso_count = if settings.mode == Mode::Iso { settings.iso.len() as u32 } else { 0 };
+    }
+
+    fn set_clip(&mut self, scene: &Scene) {
+        let shading = scene.clip_shading();
+        self.overlay = shading.overlay as f32;
+        self.cap = u32::from(shading.cap);
+        self.impregnation_depth = scene.impregnation_depth().unwrap_or(0.0) as f32;
+        self.impregnation = match shading.impregnation {
+            _ if scene.impregnation_depth().is_none() => 0,
+            Impregnation::None => 0,
+            Impregnation::Step => 1,
+            Impregnation::Linear => 2,
+        };
+    }
+
+    fn set_classification(&mut self, classification: &GpuClassification) {
+        let map = classification.index_map();
+        (self.table_offset, self.table_scale, self.table_last) = (map.offset, map.scale, map.last);
+        let blocks = classification.blocks();
+        self.blocks = blocks.fine.to_array();
+        self.coarse_blocks = blocks.coarse.to_array();
+        self.block_edge = blocks.fine_edge as f32;
+        self.coarse_edge = blocks.coarse_edge as f32;
+    }
+}
+
+/// Blocks along each axis, in two levels, and cells along an edge of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BlockLevels {
+    pub(crate) fine: UVec3,
+    pub(crate) coarse: UVec3,
+    pub(crate) fine_edge: u32,
+    pub(crate) coarse_edge: u32,
+}
+
+fn single(v: DVec3) -> [f32; 3] {
+    v.as_vec3().to_array()
+}

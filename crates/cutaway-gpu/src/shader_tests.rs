@@ -1,0 +1,103 @@
+//! Every linked shader through naga, and host structs against the shaders' layouts. No GPU is needed.
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+use crate::raycast::FrameUniforms;
+
+/// All linked shaders by name.
+const SHADERS: &[(&str, &str)] = &[("raycast", crate::raycast::SHADER)];
+
+fn module(source: &str) -> naga::Module {
+    naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
+}
+
+#[test]
+fn every_shader_is_valid() {
+    for (name, source) in SHADERS {
+        let module = module(source);
+        let valid = Validator::new(ValidationFlags::all(), Capabilities::default()).validate(&module);
+        assert!(valid.is_ok(), "{name}: {:?}", valid.err());
+    }
+}
+
+/// Offset and size of every member of a struct, by name.
+fn layout(module: &naga::Module, name: &str) -> Vec<(String, u32)> {
+    let found = module.types.iter().find(|(_, t)| t.name.as_deref().is_some_and(|n| n.ends_with(name)));
+    let (_, found) = found.unwrap_or_else(|| panic!("there is no struct {name}"));
+    let naga::TypeInner::Struct { members, .. } = &found.inner else { panic!("{name} is no struct") };
+    members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset)).collect()
+}
+
+fn size(module: &naga::Module, name: &str) -> u32 {
+    let found = module.types.iter().find(|(_, t)| t.name.as_deref().is_some_and(|n| n.ends_with(name)));
+    match found.map(|(_, t)| &t.inner) {
+        Some(naga::TypeInner::Struct { span, .. }) => *span,
+        _ => panic!("there is no struct {name}"),
+    }
+}
+
+/// Holds the fields of a host struct against a shader's, by name and offset.
+macro_rules! assert_layout {
+    ($module:expr, $name:literal, $host:ty { $($field:ident),* $(,)? }) => {
+        let host = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($host, $field) as u32)),*];
+        assert_eq!(layout(&$module, $name), host);
+        assert_eq!(size(&$module, $name) as usize, size_of::<$host>());
+    };
+}
+
+#[test]
+fn frame_uniforms_match_the_shader() {
+    let module = module(crate::raycast::SHADER);
+    assert_layout!(
+        module,
+        "Frame",
+        FrameUniforms {
+            point_first,
+            step_length,
+            point_per_x,
+            base_distance,
+            point_per_y,
+            opaque_below,
+            direction_first,
+            vanishing,
+            direction_per_x,
+            ambient,
+            direction_per_y,
+            diffuse,
+            voxel_from_world_x,
+            specular,
+            voxel_from_world_y,
+            specular_power,
+            voxel_from_world_z,
+            wrap_power,
+            gradient_from_texel_x,
+            mean_diffuse,
+            gradient_from_texel_y,
+            mean_specular,
+            gradient_from_texel_z,
+            iso_opacity,
+            light,
+            headlight,
+            extent,
+            parallel,
+            table_offset,
+            table_scale,
+            table_last,
+            iso_count,
+            blocks,
+            block_edge,
+            coarse_blocks,
+            coarse_edge,
+            impregnation_depth,
+            impregnation,
+            overlay,
+            cap,
+            resolution,
+            bins_offset,
+            bins_scale,
+            bins_last,
+            nodes,
+            reserved,
+        }
+    );
+}

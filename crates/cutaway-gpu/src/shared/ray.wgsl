@@ -1,0 +1,46 @@
+// The ray of a pixel. Distances `t` along it are world lengths from the ray's *point*, which lies near the middle of the
+// volume, not from the eye: however far that is, neighbouring distances stay apart in f32.
+
+import package::shared::frame::frame;
+
+struct Ray {
+    // In voxel space, at t = 0.
+    point: vec3f,
+    // In voxel space, for one world unit.
+    direction: vec3f,
+    // In the world, of unit length.
+    direction_in_world: vec3f,
+    // World distance from the eye to the point: the ray begins at t = -base.
+    base: f32,
+}
+
+fn ray_of(pixel: vec2f) -> Ray {
+    let point = frame.point_first + pixel.x * frame.point_per_x + pixel.y * frame.point_per_y;
+    let way = frame.direction_first + pixel.x * frame.direction_per_x + pixel.y * frame.direction_per_y;
+    let far = length(way);
+    let direction_in_world = way / far;
+    let direction = frame.voxel_from_world_x * direction_in_world.x
+        + frame.voxel_from_world_y * direction_in_world.y
+        + frame.voxel_from_world_z * direction_in_world.z;
+    return Ray(point, direction, direction_in_world, select(far, frame.base_distance, frame.parallel == 1u));
+}
+
+fn position(ray: Ray, t: f32) -> vec3f {
+    return ray.point + t * ray.direction;
+}
+
+// Where the ray is inside the volume's box, not before its origin: (t_near, t_far); empty unless near < far.
+fn box_range(ray: Ray) -> vec2f {
+    let zero = ray.direction == vec3f(0.0);
+    // A ray along a face is either between the two planes of an axis or it never is.
+    let outside = zero & ((ray.point < vec3f(0.0)) | (ray.point > frame.extent));
+    if any(outside) {
+        return vec2f(0.0);
+    }
+    let inverse = 1.0 / select(ray.direction, vec3f(1.0), zero);
+    let a = (vec3f(0.0) - ray.point) * inverse;
+    let b = (frame.extent - ray.point) * inverse;
+    let near = select(min(a, b), vec3f(-1e30), zero);
+    let far = select(max(a, b), vec3f(1e30), zero);
+    return vec2f(max(max(near.x, near.y), max(near.z, -ray.base)), min(far.x, min(far.y, far.z)));
+}

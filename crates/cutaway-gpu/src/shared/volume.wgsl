@@ -1,0 +1,79 @@
+// The voxels. Values are *texels*, as the texture holds them: a constant factor and offset away from stored numbers, which
+// tables, isovalues and gradients have been made for.
+
+import package::shared::frame::frame;
+
+@group(0) @binding(1) var voxels: texture_3d<f32>;
+@group(0) @binding(2) var voxel_sampler: sampler;
+
+// Values between voxels come from eight voxels in f32, not from the adapter's filter.
+override EXACT_FILTERING: bool = false;
+
+fn voxel(index: vec3i) -> f32 {
+    return textureLoad(voxels, index, 0).x;
+}
+
+// The field at a position in voxel space; positions outside the volume are clamped to it.
+fn value_at(p: vec3f) -> f32 {
+    if EXACT_FILTERING {
+        return exact_value(clamp(p, vec3f(0.0), frame.extent));
+    }
+    return textureSampleLevel(voxels, voxel_sampler, (p + 0.5) / (frame.extent + 1.0), 0.0).x;
+}
+
+// The voxels around a cell's position: corner c is at (c & 1, c >> 1 & 1, c >> 2).
+struct Corners {
+    low: vec4f,
+    high: vec4f,
+}
+
+fn corners_of(cell: vec3i) -> Corners {
+    let low = vec4f(
+        voxel(cell),
+        voxel(cell + vec3i(1, 0, 0)),
+        voxel(cell + vec3i(0, 1, 0)),
+        voxel(cell + vec3i(1, 1, 0)),
+    );
+    let high = vec4f(
+        voxel(cell + vec3i(0, 0, 1)),
+        voxel(cell + vec3i(1, 0, 1)),
+        voxel(cell + vec3i(0, 1, 1)),
+        voxel(cell + vec3i(1, 1, 1)),
+    );
+    return Corners(low, high);
+}
+
+// The last cell ends at the far face, which belongs to it.
+fn cell_of(p: vec3f) -> vec3i {
+    return vec3i(clamp(floor(p), vec3f(0.0), frame.extent - 1.0));
+}
+
+fn trilinear(corners: Corners, f: vec3f) -> f32 {
+    let plane = mix(corners.low, corners.high, f.z);
+    let line = mix(plane.xy, plane.zw, f.y);
+    return mix(line.x, line.y, f.x);
+}
+
+fn exact_value(p: vec3f) -> f32 {
+    let cell = cell_of(p);
+    return trilinear(corners_of(cell), p - vec3f(cell));
+}
+
+// Central differences of the voxels, interpolated: in texels per two voxels. Interpolating differences is the same as
+// taking differences of what is interpolated a voxel further, at the border too, where indices are clamped.
+fn difference_at(p: vec3f) -> vec3f {
+    let x = vec3f(1.0, 0.0, 0.0);
+    let y = vec3f(0.0, 1.0, 0.0);
+    let z = vec3f(0.0, 0.0, 1.0);
+    return vec3f(
+        value_at(p + x) - value_at(p - x),
+        value_at(p + y) - value_at(p - y),
+        value_at(p + z) - value_at(p - z),
+    );
+}
+
+// The gradient in the world; its unit is the volume's value range per world length.
+fn gradient_at(p: vec3f) -> vec3f {
+    let d = difference_at(p);
+    return frame.gradient_from_texel_x * d.x + frame.gradient_from_texel_y * d.y + frame.gradient_from_texel_z * d.z;
+}
