@@ -16,7 +16,7 @@ struct Projected {
 
 const NOTHING_PROJECTED = Projected(0.0, 0.0, 1e30);
 
-// 1 maximum, -1 minimum, 0 mean.
+// 1 greatest texel, -1 least, 0 mean.
 fn project(
     projected: ptr<function, Projected>,
     pixel: ptr<function, Pixel>,
