@@ -175,7 +175,9 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
                     cross_levels(pixel, ray, c, vec2f(e.x, e.y), first, second, t, length);
                 }
                 if (*pixel).transmittance >= frame.opaque_below {
-                    cross_levels(pixel, ray, c, vec2f(e.y, 1.0), select(first, second, e.y < 1.0), value, t, length);
+                    // Of one extremum only, the piece behind it.
+                    let last = select(vec2f(e.x, first), vec2f(e.y, second), e.y < 1.0);
+                    cross_levels(pixel, ray, c, vec2f(last.x, 1.0), last.y, value, t, length);
                 }
             }
             t = end;
