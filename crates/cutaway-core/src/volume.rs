@@ -110,6 +110,15 @@ impl Rescale {
     pub fn stored(&self, value: f64) -> f64 {
         (value - self.intercept) / self.slope
     }
+
+    /// The stored number of an isovalue: the one of exactly this value if there is one, for voxels of that value are on the
+    /// surface, and rounding would leave them on either side of it.
+    pub fn stored_level(&self, value: f64) -> f64 {
+        let stored = self.stored(value);
+        // Whatever is stored is an f32.
+        let nearest = f64::from(stored as f32);
+        if self.value(nearest) == value { nearest } else { stored }
+    }
 }
 
 /// Where a grid lies in the world.

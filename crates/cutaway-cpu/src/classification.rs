@@ -112,7 +112,7 @@ impl Classification {
         let preintegrated = scene.settings().pre_integration.then(|| Preintegrated::new(scene));
         let settings = scene.settings();
         let ranges = volume.ranges();
-        let isovalues: Vec<f64> = settings.iso.iter().map(|v| source.rescale().stored(*v)).collect();
+        let isovalues: Vec<f64> = settings.iso.iter().map(|v| source.rescale().stored_level(*v)).collect();
         let skipping = settings.space_skipping != SpaceSkipping::Off;
         let blocks = BlockMap::new(ranges, |lo, hi| match settings.mode {
             Mode::Composite if skipping && !table.visible(lo, hi) => 0,

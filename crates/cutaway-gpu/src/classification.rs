@@ -119,7 +119,7 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
     let mut surfaces: Vec<[f32; 4]> = (scene.settings().iso.iter())
         .map(|&level| {
             let [r, g, b] = scene.transfer_function().evaluate(level).0.map(|c| c as f32);
-            let level = rescale.slope.signum() * volume.texels().texel(rescale.stored(level));
+            let level = rescale.slope.signum() * volume.texels().texel(rescale.stored_level(level));
             [r, g, b, (level - LEVEL_ROUNDING * level.abs()) as f32]
         })
         .collect();
@@ -131,7 +131,7 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
     let settings = scene.settings();
     let rescale = scene.volume().rescale();
-    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored(*v)).collect();
+    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored_level(*v)).collect();
     let met = |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
     match settings.mode {
         _ if settings.space_skipping == SpaceSkipping::Off => Occupancy::full(ranges),

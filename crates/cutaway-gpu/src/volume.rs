@@ -33,6 +33,10 @@ impl Texels {
         let [lo, hi] = volume.stored_range().map(f64::from);
         let float = if capabilities.float_filtering { Filtering::Hardware } else { Filtering::Exact };
         let (format, stored_per_texel, stored_at_zero, filtering) = match volume.voxels() {
+            // Bytes are whole numbers of up to 256ths, which halves hold exactly.
+            Voxels::U8(_) if capabilities.coarse_filter => {
+                (wgpu::TextureFormat::R16Float, 256.0, 0.0, Filtering::Hardware)
+            }
             Voxels::U8(_) => (wgpu::TextureFormat::R8Unorm, 255.0, 0.0, Filtering::Hardware),
             Voxels::U16(_) if capabilities.norm16 => {
                 (wgpu::TextureFormat::R16Unorm, 65535.0, 0.0, Filtering::Hardware)

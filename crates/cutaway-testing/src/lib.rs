@@ -4,6 +4,7 @@
 pub mod engines;
 pub mod golden;
 pub mod gpus;
+pub mod random_scenes;
 pub mod real;
 pub mod scenes;
 pub mod tolerances;

@@ -1,1 +1,141 @@
-fn main() {}
+//! Random scenes through the GPU ray caster: no panic, no error, no NaN; and tame ones against the reference.
+//!
+//! `CUTAWAY_RANDOM_SCENES=10000` tries more of them, `CUTAWAY_RANDOM_SEED=17` one alone, saying what it is made of. A failure
+//! prints its seed and its scene.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::Instant;
+
+use cutaway_core::image::Image;
+use cutaway_core::image::compare::compare_with;
+use cutaway_core::reference;
+use cutaway_core::scene::{Gradient, ImageInterpolation, Mode, RenderSettings, Sampling};
+use cutaway_gpu::RaycastRenderer;
+use cutaway_testing::engines::raycast;
+use cutaway_testing::gpus::{fallback_sets, renderer, there_is_an_adapter};
+use cutaway_testing::random_scenes::RandomScene;
+use libtest_mimic::{Arguments, Failed, Trial};
+
+/// Scenes tried unless the environment says otherwise.
+const SCENES: u64 = 300;
+
+/// Failures after which no more scenes are tried.
+const MOST_FAILURES: usize = 8;
+
+/// The step that tame scenes are compared at, in units of the smallest spacing.
+const FINE_STEP: f64 = 0.1;
+
+/// A pixel this far off is another picture: at a silhouette, a ray may meet a surface in f64 and miss it in f32.
+const OFF: f32 = 0.1;
+
+/// Of the pixels of a tame image, how many may be off, beside one: images have few.
+const SHARE_OFF: f64 = 0.02;
+
+/// Mean difference of a tame image, channel by channel, where nothing is at fault: steps of a tenth of a voxel.
+const MEAN_DIFFERENCE: f64 = 0.01;
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let trial = Trial::test("random_scenes", random_scenes).with_ignored_flag(!there_is_an_adapter());
+    libtest_mimic::run(&arguments, vec![trial]).exit();
+}
+
+fn number(variable: &str) -> Result<Option<u64>, Failed> {
+    match std::env::var(variable) {
+        Err(_) => Ok(None),
+        Ok(text) => text.parse().map(Some).map_err(|e| format!("{variable} is `{text}`: {e}").into()),
+    }
+}
+
+fn random_scenes() -> Result<(), Failed> {
+    if let Some(seed) = number("CUTAWAY_RANDOM_SEED")? {
+        println!("{}", RandomScene::new(seed).describe());
+        return render(seed, &renderer_of(seed)?).map_err(Failed::from);
+    }
+    let count = number("CUTAWAY_RANDOM_SCENES")?.unwrap_or(SCENES);
+    let began = Instant::now();
+    let mut failures = Vec::new();
+    for seed in 0..count {
+        let renderer = renderer_of(seed)?;
+        let tried = catch_unwind(AssertUnwindSafe(|| render(seed, &renderer)));
+        let failure = match tried {
+            Ok(Ok(())) => continue,
+            Ok(Err(failure)) => failure,
+            Err(_) => "it panicked".to_owned(),
+        };
+        failures.push(format!("{failure}\n{}", RandomScene::new(seed).describe()));
+        if failures.len() == MOST_FAILURES {
+            break;
+        }
+    }
+    println!("{count} scenes in {:.1} s", began.elapsed().as_secs_f64());
+    if failures.is_empty() { Ok(()) } else { Err(failures.join("\n\n").into()) }
+}
+
+/// Most scenes take the device as it is; some one without anything that can be missing, or with exact values.
+fn renderer_of(seed: u64) -> Result<Arc<RaycastRenderer>, Failed> {
+    let wanted = match seed % 8 {
+        0 => "without anything",
+        1 => "exact filtering",
+        _ => "all features",
+    };
+    let sets = fallback_sets();
+    let (name, fallbacks) = sets.iter().find(|(name, _)| *name == wanted).ok_or("no such set of fallbacks")?;
+    Ok(renderer(name, fallbacks)?)
+}
+
+fn render(seed: u64, renderer: &RaycastRenderer) -> Result<(), String> {
+    let made = RandomScene::new(seed);
+    let scene = made.scene_with(made.settings.clone()).map_err(|e| format!("no scene: {e}"))?;
+    let (image, statistics) = raycast(&scene, renderer);
+    let [width, height] = made.settings.resolution;
+    sound(&image)?;
+    if statistics.rays > u64::from(width) * u64::from(height) {
+        return Err(format!("{} rays of {width} x {height} pixels", statistics.rays));
+    }
+    if made.tame { compare_with_reference(&made, renderer) } else { Ok(()) }
+}
+
+/// No NaN, nothing infinite, no opacity beyond 1, nothing behind the eye.
+fn sound(image: &Image) -> Result<(), String> {
+    for (i, p) in image.pixels().iter().enumerate() {
+        let (x, y) = (i as u32 % image.width(), i as u32 / image.width());
+        let alpha = (-1e-5..=1.0 + 1e-5).contains(&p[3]);
+        if !p.iter().all(|c| c.is_finite() && *c >= -1e-5) || !alpha {
+            return Err(format!("pixel {x}, {y} is {p:?}"));
+        }
+        let depth = image.depth().map_or(0.0, |depths| depths[i]);
+        if depth.is_nan() || depth < -1e-3 * depth.abs().max(1.0) {
+            return Err(format!("depth {x}, {y} is {depth}"));
+        }
+    }
+    Ok(())
+}
+
+fn compare_with_reference(made: &RandomScene, renderer: &RaycastRenderer) -> Result<(), String> {
+    let settings = RenderSettings {
+        step: FINE_STEP,
+        early_termination: 1.0,
+        // What is not the integral itself, but a way to come near to it.
+        sampling: Sampling::View,
+        gradient: Gradient::Central,
+        image_interpolation: ImageInterpolation::Off,
+        adaptive_threshold: None,
+        pre_integration: false,
+        ..made.settings.clone()
+    };
+    let scene = made.scene_with(settings).map_err(|e| format!("no scene: {e}"))?;
+    let (image, _) = raycast(&scene, renderer);
+    sound(&image)?;
+    let c = compare_with(&reference::render(&scene), &image, OFF).map_err(|e| e.to_string())?;
+    let pixels = f64::from(c.width) * f64::from(c.height);
+    let off = c.outlier_share * pixels;
+    // Few pixels have no mean: each of those that may be off is worth up to the whole difference.
+    let mean = MEAN_DIFFERENCE + (1.0 + SHARE_OFF * pixels) / pixels;
+    if c.non_finite_pixels > 0 || off > 1.0 + SHARE_OFF * pixels || c.mean_absolute_difference > mean {
+        let mode: Mode = made.settings.mode;
+        return Err(format!("{}, {off} of {pixels} pixels are off by more than {OFF}: {c}", mode.name()));
+    }
+    Ok(())
+}

@@ -39,6 +39,8 @@ pub struct Capabilities {
     pub norm16: bool,
     /// Filtering of 32-bit float textures.
     pub float_filtering: bool,
+    /// Whether what comes of filtering bytes is rounded to a byte again: normals of that have steps.
+    pub coarse_filter: bool,
     /// Blending of 32-bit float targets.
     pub float_blending: bool,
     /// Times of passes.
@@ -89,7 +91,7 @@ pub(super) fn check(summary: &AdapterSummary, adapter: &wgpu::Adapter) -> Result
 }
 
 impl Capabilities {
-    pub(super) fn probe(device: &wgpu::Device, fallbacks: &Fallbacks) -> Self {
+    pub(super) fn probe(device: &wgpu::Device, adapter: &AdapterSummary, fallbacks: &Fallbacks) -> Self {
         let features = device.features();
         let limits = device.limits();
         let has = |feature, without: bool| features.contains(feature) && !without;
@@ -97,6 +99,8 @@ impl Capabilities {
         Self {
             norm16: has(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM, fallbacks.without_norm16),
             float_filtering: has(wgpu::Features::FLOAT32_FILTERABLE, fallbacks.without_float_filtering),
+            // Processors that play GPU (llvmpipe) filter bytes in fixed point.
+            coarse_filter: adapter.software,
             float_blending: has(wgpu::Features::FLOAT32_BLENDABLE, fallbacks.without_float_blending),
             timestamps: has(wgpu::Features::TIMESTAMP_QUERY, fallbacks.without_timestamps),
             filtering: fallbacks.filtering,

@@ -63,7 +63,7 @@ impl Gpu {
             // The first reason is the cause; later ones follow from it.
             let _ = tell.set(reason);
         });
-        let capabilities = Capabilities::probe(&device, &options.fallbacks);
+        let capabilities = Capabilities::probe(&device, &summary, &options.fallbacks);
         Ok(Self { device, queue, adapter: summary, capabilities, lost })
     }
 
