@@ -92,28 +92,49 @@ fn surface(pixel: ptr<function, Pixel>, ray: Ray, index: u32, t: f32) {
     add_surface(pixel, lit(isosurface(index).xyz, terms), frame.iso_opacity, t);
 }
 
-// The levels between `before` and `after`, in the order in which a ray crosses them.
-fn cross_levels(
-    pixel: ptr<function, Pixel>,
-    ray: Ray,
-    c: vec4f,
-    s: vec2f,
-    before: f32,
-    after: f32,
-    t: f32,
-    length: f32,
-) {
-    let rises = after > before;
+// The cubic stays between the least and the greatest of its Bernstein coefficients.
+fn bounds_of(c: vec4f) -> vec2f {
+    let inner = c.x + vec2f(c.y, 2.0 * c.y + c.z) / 3.0;
+    let end = c.x + c.y + c.z + c.w;
+    let least = min(min(c.x, end), min(inner.x, inner.y));
+    let greatest = max(max(c.x, end), max(inner.x, inner.y));
+    return vec2f(least, greatest);
+}
+
+// Whether any level is met between two values.
+fn meets_level(least: f32, greatest: f32) -> bool {
+    var met = false;
     for (var k = 0u; k < frame.iso_count; k += 1u) {
-        let index = select(frame.iso_count - 1u - k, k, rises);
-        let level = isosurface(index).w;
-        // At a level is above it.
-        if (before >= level) != (after >= level) {
-            surface(pixel, ray, index, t + length * crossing(c, level, s.x, s.y));
-            if (*pixel).transmittance < frame.opaque_below {
-                return;
+        let level = isosurface(k).w;
+        met = met || ((level >= least) && (level <= greatest));
+    }
+    return met;
+}
+
+// The stretch of a ray in one cell: from t on, of this length, where the field is the cubic, and `before` at its start as
+// the cell before ended.
+fn cross_cell(pixel: ptr<function, Pixel>, ray: Ray, c: vec4f, before: f32, end: f32, t: f32, length: f32) {
+    let e = extrema(c);
+    // Pieces that rise or fall: up to the first extremum, to the second, to the end; those that are not there are empty.
+    var from_s = 0.0;
+    var from_value = before;
+    for (var piece = 0; piece < 3; piece += 1) {
+        let to_s = select(select(1.0, e.y, piece == 1), e.x, piece == 0);
+        let to_value = select(cubic_at(c, to_s), end, to_s >= 1.0);
+        let rises = to_value > from_value;
+        for (var k = 0u; k < frame.iso_count; k += 1u) {
+            let index = select(frame.iso_count - 1u - k, k, rises);
+            let level = isosurface(index).w;
+            // At a level is above it.
+            if (from_value >= level) != (to_value >= level) {
+                surface(pixel, ray, index, t + length * crossing(c, level, from_s, to_s));
+                if (*pixel).transmittance < frame.opaque_below {
+                    return;
+                }
             }
         }
+        from_s = to_s;
+        from_value = to_value;
     }
 }
 
@@ -164,21 +185,10 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
             value = v.w;
             known = true;
             let c = cubic_through(v);
-            let e = extrema(c);
-            let first = cubic_at(c, e.x);
-            let second = cubic_at(c, e.y);
-            if e.x >= 1.0 {
-                cross_levels(pixel, ray, c, vec2f(0.0, 1.0), before, value, t, length);
-            } else {
-                cross_levels(pixel, ray, c, vec2f(0.0, e.x), before, first, t, length);
-                if (e.y < 1.0) && ((*pixel).transmittance >= frame.opaque_below) {
-                    cross_levels(pixel, ray, c, vec2f(e.x, e.y), first, second, t, length);
-                }
-                if (*pixel).transmittance >= frame.opaque_below {
-                    // Of one extremum only, the piece behind it.
-                    let last = select(vec2f(e.x, first), vec2f(e.y, second), e.y < 1.0);
-                    cross_levels(pixel, ray, c, vec2f(last.x, 1.0), last.y, value, t, length);
-                }
+            let bounds = bounds_of(c);
+            // Both ends as they are carried on count, whatever rounding makes of the cubic there.
+            if meets_level(min(bounds.x, min(before, value)), max(bounds.y, max(before, value))) {
+                cross_cell(pixel, ray, c, before, value, t, length);
             }
             t = end;
         }
