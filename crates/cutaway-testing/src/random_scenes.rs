@@ -116,6 +116,7 @@ impl RandomScene {
         let camera = camera(r, &volume, tame);
         let lighting = lighting(r, tame);
         let settings = settings(r, &volume, tame);
+        // Last, so that what a seed's scene is otherwise does not depend on it.
         let clip = r.chance(0.4).then(|| (clip(r, &volume), clip_shading(r)));
         Self { seed, tame, volume, function, unit_distance, camera, lighting, settings, clip }
     }
@@ -123,8 +124,7 @@ impl RandomScene {
     /// The scene with these settings instead of its own.
     pub fn scene_with(&self, settings: RenderSettings) -> Result<Scene<'_>, SceneError> {
         let (camera, lighting) = (self.camera.clone(), self.lighting.clone());
-        let scene =
-            Scene::new(&self.volume, &self.function, self.unit_distance, camera, lighting, settings)?;
+        let scene = Scene::new(&self.volume, &self.function, self.unit_distance, camera, lighting, settings)?;
         match &self.clip {
             Some((clip, shading)) => scene.with_clip(clip, shading.clone()),
             None => Ok(scene),
@@ -176,7 +176,8 @@ fn volume(r: &mut Random, tame: bool) -> Volume {
         (0..4).map(|_| (r.direction() * r.between(0.05, 0.7), r.between(0.0, 6.3))).collect();
     let constant = r.unit();
     let value = |r: &mut Random, i: u32| -> f64 {
-        let p = UVec3::new(i % dimensions.x, i / dimensions.x % dimensions.y, i / (dimensions.x * dimensions.y));
+        let p =
+            UVec3::new(i % dimensions.x, i / dimensions.x % dimensions.y, i / (dimensions.x * dimensions.y));
         let p = p.as_dvec3();
         match kind {
             0 => 0.5 + 0.125 * waves.iter().map(|(w, phase)| (w.dot(p) + phase).sin()).sum::<f64>(),
@@ -197,7 +198,9 @@ fn volume(r: &mut Random, tame: bool) -> Volume {
         0 => Volume::new(dimensions, map(&values, |v| (v * range * 255.0) as u8), rescale, geometry),
         1 => Volume::new(dimensions, map(&values, |v| (v * range * 255.0 - 128.0) as i8), rescale, geometry),
         2 => Volume::new(dimensions, map(&values, |v| (v * range * 65535.0) as u16), rescale, geometry),
-        3 => Volume::new(dimensions, map(&values, |v| (v * range * 4095.0 - 1024.0) as i16), rescale, geometry),
+        3 => {
+            Volume::new(dimensions, map(&values, |v| (v * range * 4095.0 - 1024.0) as i16), rescale, geometry)
+        }
         4 => Volume::new(dimensions, map(&values, |v| (v * 1e9) as i32), rescale, geometry),
         5 => {
             let scale = if tame { 1.0 } else { r.magnitude(1e-20, 1e20) };
@@ -268,7 +271,9 @@ fn camera(r: &mut Random, volume: &Volume, tame: bool) -> Camera {
         focal_point: aim.to_array(),
         view_up: r.direction().to_array(),
         view_angle,
-        orthographic: r.chance(0.25).then(|| radius * if tame { r.between(0.5, 1.5) } else { r.magnitude(1e-3, 1e3) }),
+        orthographic: r
+            .chance(0.25)
+            .then(|| radius * if tame { r.between(0.5, 1.5) } else { r.magnitude(1e-3, 1e3) }),
     }
 }
 
@@ -283,7 +288,9 @@ fn lighting(r: &mut Random, tame: bool) -> Lighting {
         specular_power: if tame { r.between(1.0, 20.0) } else { r.one_of(&[0.0, 1.0, 10.0, 1e6]) },
         diffuse_curve: r.one_of(&[DiffuseCurve::Clamped, DiffuseCurve::TwoSided, DiffuseCurve::Wrapped]),
         wrap_power: if tame { r.between(0.5, 3.0) } else { r.magnitude(1e-3, 1e3) },
-        light: r.chance(0.5).then(|| (r.direction() * if tame { 1.0 } else { r.magnitude(1e-9, 1e9) }).to_array()),
+        light: r
+            .chance(0.5)
+            .then(|| (r.direction() * if tame { 1.0 } else { r.magnitude(1e-9, 1e9) }).to_array()),
     }
 }
 
@@ -302,16 +309,21 @@ fn settings(r: &mut Random, volume: &Volume, tame: bool) -> RenderSettings {
     let corners = volume.corners_in_world();
     let steps = corners[0].distance(corners[7]) / volume.spacing().min_element();
     let sampling = r.one_of(&[Sampling::View, Sampling::View, Sampling::Object]);
+    let coarsest = if r.chance(0.1) { 1e6 } else { 4.0 };
     let pre_integration = sampling == Sampling::View && r.chance(0.2);
     RenderSettings {
         mode: r.one_of(&Mode::ALL),
         iso,
         iso_opacity: r.between(0.05, 1.0),
-        step: r.magnitude(0.05, if r.chance(0.1) { 1e6 } else { 4.0 }).max(steps / MOST_STEPS),
+        step: r.magnitude(0.05, coarsest).max(steps / MOST_STEPS),
         resolution: [r.whole(1, 40), r.whole(1, 40)],
         early_termination: r.one_of(&[1.0, 0.999, 0.9, 1e-6]),
         space_skipping: r.one_of(&[SpaceSkipping::Auto, SpaceSkipping::Auto, SpaceSkipping::Off]),
-        image_interpolation: r.one_of(&[ImageInterpolation::Off, ImageInterpolation::Adaptive, ImageInterpolation::Factor(3)]),
+        image_interpolation: r.one_of(&[
+            ImageInterpolation::Off,
+            ImageInterpolation::Adaptive,
+            ImageInterpolation::Factor(3),
+        ]),
         brightness: if tame { 1.0 } else { r.one_of(&[0.0, 0.5, 1.0, 1e6]) },
         sampling,
         pre_integration,

@@ -14,8 +14,8 @@ use cutaway_testing::gpus::{best, there_is_an_adapter};
 use cutaway_testing::scenes::point;
 use libtest_mimic::{Arguments, Failed, Trial};
 
-/// As of real volumes at a quarter of a voxel; the wall is steeper than most tissue.
-const LARGEST_RMSE: f64 = 0.004;
+/// At a quarter of a voxel, as `tolerances::STEPPED`.
+const LARGEST_RMSE: f64 = 0.002;
 
 /// Of depths that are there, the share that may be off by more than half a voxel: at a rim, and where opacity only just
 /// passes one half.
@@ -55,9 +55,9 @@ fn hollow_ball() -> Volume {
         for j in 0..dimensions.y {
             for i in 0..dimensions.x {
                 let r = (UVec3::new(i, j, k).as_dvec3() - center).length();
-                // 1 in the middle of the wall, 0 three voxels away.
-                let wall = 1.0 - (r - 10.0).abs() / 3.0;
-                voxels.push((wall.max(0.0) * 60_000.0) as u16);
+                // 1 in the middle of the wall, 0 four voxels away, and smooth: a ridge would need a finer step.
+                let wall = ((r - 10.0).abs() / 4.0).min(1.0) * std::f64::consts::FRAC_PI_2;
+                voxels.push((wall.cos().powi(2) * 60_000.0) as u16);
             }
         }
     }
@@ -66,13 +66,15 @@ fn hollow_ball() -> Volume {
     Volume::new(dimensions, voxels, rescale, geometry).expect("a valid volume")
 }
 
-/// The eye at a depth behind the face of small y, looking inwards and a little aside.
+/// The eye at a depth behind the face of small y, looking inwards and, unless it is far off, a little aside.
 fn eye_at(volume: &Volume, depth: f64) -> Camera {
     let mut position = volume.center_in_world();
     position.y = depth;
+    let aside = position + DVec3::new(0.15, 1.0, 0.1);
+    let focal_point = if depth < -100.0 { volume.center_in_world() } else { aside };
     Camera {
         position: position.to_array(),
-        focal_point: (position + DVec3::new(0.15, 1.0, 0.1)).to_array(),
+        focal_point: focal_point.to_array(),
         view_up: [0.0, 0.0, 1.0],
         // Far off, what can be seen is as small as that.
         view_angle: if depth < -100.0 { 6.0 } else { 80.0 },
@@ -96,7 +98,9 @@ fn scene(volume: &Volume, mode: Mode, camera: Camera, space_skipping: SpaceSkipp
         ..RenderSettings::default()
     };
     let function = function.expect("ordered points");
-    Scene::new(volume, &function, None, camera, Lighting::default(), settings).expect("a valid scene")
+    // Where the wall is thickest, normals turn over within a voxel: light would need a finer step, except on surfaces.
+    let lighting = Lighting { shade: mode == Mode::Iso, ..Lighting::default() };
+    Scene::new(volume, &function, None, camera, lighting, settings).expect("a valid scene")
 }
 
 fn fly_to(name: &str, depth: f64) -> Result<(), Failed> {
@@ -118,7 +122,8 @@ fn fly_to(name: &str, depth: f64) -> Result<(), Failed> {
         }
     }
     // From behind it all there is nothing to see.
-    let seen = reference::render(&scene(&volume, Mode::Composite, eye_at(&volume, depth), SpaceSkipping::Auto));
+    let seen =
+        reference::render(&scene(&volume, Mode::Composite, eye_at(&volume, depth), SpaceSkipping::Auto));
     let seen = seen.pixels().iter().any(|p| p[3] > 0.1);
     if seen == (depth > 40.0) { Err("the camera is not where it should be".into()) } else { Ok(()) }
 }

@@ -1,16 +1,15 @@
 //! Random scenes through the GPU ray caster: no panic, no error, no NaN; and tame ones against the reference.
 //!
 //! `CUTAWAY_RANDOM_SCENES=10000` tries more of them, `CUTAWAY_RANDOM_SEED=17` one alone, saying what it is made of. A failure
-//! prints its seed and its scene.
+//! prints its seed and its scene; `CUTAWAY_RANDOM_TABLE=1` prints how far off each tame one is.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
 use cutaway_core::image::Image;
-use cutaway_core::image::compare::compare_with;
 use cutaway_core::reference;
-use cutaway_core::scene::{Gradient, ImageInterpolation, Mode, RenderSettings, Sampling};
+use cutaway_core::scene::{Gradient, ImageInterpolation, RenderSettings, Sampling};
 use cutaway_gpu::RaycastRenderer;
 use cutaway_testing::engines::raycast;
 use cutaway_testing::gpus::{fallback_sets, renderer, there_is_an_adapter};
@@ -26,13 +25,11 @@ const MOST_FAILURES: usize = 8;
 /// The step that tame scenes are compared at, in units of the smallest spacing.
 const FINE_STEP: f64 = 0.1;
 
-/// A pixel this far off is another picture: at a silhouette, a ray may meet a surface in f64 and miss it in f32.
+/// A pixel this far off is another picture: at a silhouette, a ray may meet a surface in f64 and miss it in f32. One pixel and
+/// two of a hundred may be.
 const OFF: f32 = 0.1;
 
-/// Of the pixels of a tame image, how many may be off, beside one: images have few.
-const SHARE_OFF: f64 = 0.02;
-
-/// Mean difference of a tame image, channel by channel, where nothing is at fault: steps of a tenth of a voxel.
+/// Mean of the others' largest differences of a channel, at steps of a tenth of a voxel.
 const MEAN_DIFFERENCE: f64 = 0.01;
 
 fn main() {
@@ -51,7 +48,8 @@ fn number(variable: &str) -> Result<Option<u64>, Failed> {
 fn random_scenes() -> Result<(), Failed> {
     if let Some(seed) = number("CUTAWAY_RANDOM_SEED")? {
         println!("{}", RandomScene::new(seed).describe());
-        return render(seed, &renderer_of(seed)?).map_err(Failed::from);
+        let renderer = renderer_of(seed)?;
+        return render(seed, &renderer).map_err(Failed::from);
     }
     let count = number("CUTAWAY_RANDOM_SCENES")?.unwrap_or(SCENES);
     let began = Instant::now();
@@ -81,12 +79,14 @@ fn renderer_of(seed: u64) -> Result<Arc<RaycastRenderer>, Failed> {
         _ => "all features",
     };
     let sets = fallback_sets();
-    let (name, fallbacks) = sets.iter().find(|(name, _)| *name == wanted).ok_or("no such set of fallbacks")?;
+    let (name, fallbacks) =
+        sets.iter().find(|(name, _)| *name == wanted).ok_or("no such set of fallbacks")?;
     Ok(renderer(name, fallbacks)?)
 }
 
 fn render(seed: u64, renderer: &RaycastRenderer) -> Result<(), String> {
-    let made = RandomScene::new(seed);
+    // The ray caster does not clip yet.
+    let made = RandomScene { clip: None, ..RandomScene::new(seed) };
     let scene = made.scene_with(made.settings.clone()).map_err(|e| format!("no scene: {e}"))?;
     let (image, statistics) = raycast(&scene, renderer);
     let [width, height] = made.settings.resolution;
@@ -128,14 +128,26 @@ fn compare_with_reference(made: &RandomScene, renderer: &RaycastRenderer) -> Res
     let scene = made.scene_with(settings).map_err(|e| format!("no scene: {e}"))?;
     let (image, _) = raycast(&scene, renderer);
     sound(&image)?;
-    let c = compare_with(&reference::render(&scene), &image, OFF).map_err(|e| e.to_string())?;
-    let pixels = f64::from(c.width) * f64::from(c.height);
-    let off = c.outlier_share * pixels;
-    // Few pixels have no mean: each of those that may be off is worth up to the whole difference.
-    let mean = MEAN_DIFFERENCE + (1.0 + SHARE_OFF * pixels) / pixels;
-    if c.non_finite_pixels > 0 || off > 1.0 + SHARE_OFF * pixels || c.mean_absolute_difference > mean {
-        let mode: Mode = made.settings.mode;
-        return Err(format!("{}, {off} of {pixels} pixels are off by more than {OFF}: {c}", mode.name()));
+    let expected = reference::render(&scene);
+    let (mut off, mut sum) = (0, 0.0);
+    for (a, b) in expected.pixels().iter().zip(image.pixels()) {
+        let difference = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0f32, f32::max);
+        if difference > OFF {
+            off += 1;
+        } else {
+            sum += f64::from(difference);
+        }
+    }
+    let pixels = image.pixels().len();
+    let mean = sum / pixels as f64;
+    if std::env::var_os("CUTAWAY_RANDOM_TABLE").is_some() {
+        println!("| {} | {} | {off} | {pixels} | {mean:.6} |", made.seed, made.settings.mode.name());
+    }
+    if off > 1 + pixels / 50 || mean > MEAN_DIFFERENCE {
+        let mode = made.settings.mode.name();
+        return Err(format!(
+            "{mode}: {off} of {pixels} pixels are off by more than {OFF}, the others by {mean:.5}"
+        ));
     }
     Ok(())
 }
