@@ -685,6 +685,19 @@ mod tests {
     }
 
     #[test]
+    fn the_level_of_a_voxels_value_is_the_voxel() {
+        // Not all of these come back from their values: (0.1 * 1 - 3 + 3) / 0.1 is a little more than 1.
+        for rescale in [Rescale { slope: 0.1, intercept: -3.0 }, Rescale { slope: -0.3, intercept: 1024.0 }] {
+            let stored = (0..4096u32).map(f64::from);
+            assert!(stored.clone().any(|s| rescale.stored(rescale.value(s)) != s));
+            stored.for_each(|s| assert_eq!(rescale.stored_level(rescale.value(s)), s));
+            // Others stay where they are.
+            let between = rescale.value(7.3);
+            assert_eq!(rescale.stored_level(between), rescale.stored(between));
+        }
+    }
+
+    #[test]
     fn names_of_types_round_trip() {
         for name in
             ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"]

@@ -30,7 +30,7 @@ const FINE_STEP: f64 = 0.1;
 const OFF: f32 = 0.1;
 
 /// Mean of the others' largest differences of a channel, at steps of a tenth of a voxel.
-const MEAN_DIFFERENCE: f64 = 0.01;
+const MEAN_DIFFERENCE: f64 = 0.002;
 
 fn main() {
     let arguments = Arguments::from_args();

@@ -25,6 +25,8 @@ pub(crate) struct Inputs<'a> {
 pub(crate) struct Variant {
     mode: Mode,
     shaded: bool,
+    /// Whether clip surfaces are lit, which they are in every mode.
+    faces_lit: bool,
     curve: u32,
     filtering: Filtering,
     /// Whether the voxels can be filtered at all.
@@ -35,6 +37,8 @@ pub(crate) struct Variant {
 impl Variant {
     pub(crate) fn of(scene: &Scene, volume: &GpuVolume, capabilities: &Capabilities) -> Self {
         let curve = match scene.lighting().diffuse_curve {
+            // Without light it does not matter: one pipeline for all. Clip surfaces are lit in every mode.
+            _ if !scene.lighting().shade => 1,
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
             DiffuseCurve::Wrapped => 2,
@@ -42,6 +46,7 @@ impl Variant {
         Self {
             mode: scene.settings().mode,
             shaded: scene.is_shaded(),
+            faces_lit: scene.lighting().shade && scene.clip().is_some(),
             curve,
             filtering: volume.texels().filtering,
             filterable: volume.texels().filterable(capabilities),
@@ -61,6 +66,7 @@ impl Variant {
         vec![
             ("MODE", mode),
             ("SHADED", flag(self.shaded)),
+            ("FACES_LIT", flag(self.faces_lit)),
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),

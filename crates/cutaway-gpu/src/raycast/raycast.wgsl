@@ -1,7 +1,7 @@
 // The GPU ray caster: a fragment a pixel, a ray a fragment (Termeer 4.2.1). A ray is the sum of its segments; each is
 // sampled from its own near end on, so that both ends are exact.
 
-import package::raycast::composite::{SHADED, composite};
+import package::raycast::composite::composite;
 import package::raycast::isosurface::isosurfaces;
 import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface};
 import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
@@ -13,6 +13,8 @@ import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
 
 // 0 composite, 1 isosurfaces, 2 maximum, 3 minimum, 4 mean.
 override MODE: u32 = 0u;
+// Clip surfaces are lit, in every mode.
+override FACES_LIT: bool = true;
 // Rays begin and end at the proxy geometry.
 override PROXY: bool = false;
 
@@ -66,7 +68,7 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
             let piece = segment(place, k);
             let t_near = max(piece.t_near, range.x);
             let t_far = min(piece.t_far, range.y);
-            let face = face_of(ray, piece, SHADED);
+            let face = face_of(ray, piece, FACES_LIT);
             if face.present && frame.overlay > 0.0 {
                 draw_over(pixel, lit(vec3f(1.0), face.terms), face.t);
             }
