@@ -3,6 +3,8 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
+use std::sync::Arc;
+
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
@@ -11,8 +13,9 @@ use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::notice::Notice;
 use crate::raycast::BlockLevels;
-use crate::volume::GpuVolume;
+use crate::volume::{GpuVolume, Wanted};
 
 /// From texels to entries of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +33,8 @@ pub struct GpuClassification {
     occupied: wgpu::Buffer,
     blocks: BlockLevels,
     occupied_fraction: f64,
+    wanted: Option<Arc<Wanted>>,
+    notices: Vec<Notice>,
 }
 
 impl GpuClassification {
@@ -67,7 +72,21 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction })
+        let wanted = volume.wanted(&occupancy, ranges);
+        // Bricks that have become visible are uploaded now, not while a frame waits for them.
+        drop(volume.resident(gpu, source, wanted.as_ref())?);
+        let notices = volume.notices();
+        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices })
+    }
+
+    /// What of the volume is shown otherwise than it is.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// The bricks that it makes visible, of a volume in bricks.
+    pub(crate) fn wanted(&self) -> Option<&Arc<Wanted>> {
+        self.wanted.as_ref()
     }
 
     /// The share of blocks that can be visible, 0..=1.

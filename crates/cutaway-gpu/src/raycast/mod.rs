@@ -18,6 +18,7 @@ use cutaway_core::volume::Volume;
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::notice::Notice;
 use crate::volume::GpuVolume;
 use pipelines::{Inputs, Pipelines, Variant};
 use targets::{Targets, tiles};
@@ -58,6 +59,11 @@ impl PreparedVolume {
     /// The voxels on the device.
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
+    }
+
+    /// What was substituted so that it fits; of a volume in bricks, for the last scene that was classified.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.voxels.notices()
     }
 }
 
@@ -118,9 +124,12 @@ impl RaycastRenderer {
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
         let pipeline = self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume))?;
+        // Until all tiles are submitted no other scene may change which bricks are there.
+        let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
         let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());
-        let groups =
-            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &uniforms))?;
+        let groups = self
+            .gpu
+            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, &uniforms))?;
         let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {
