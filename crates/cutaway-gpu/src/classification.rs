@@ -65,6 +65,10 @@ impl GpuClassification {
                 usage,
             })
         };
+        // Bricks that become visible are uploaded now, not while a frame waits for them.
+        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), false);
+        drop(volume.resident(gpu, source, wanted.as_ref())?);
+        let notices = volume.notices();
         let (table, occupied) = gpu.checked("the transfer function's table", || {
             (
                 upload("table", bytemuck::cast_slice(&entries)),
@@ -72,10 +76,6 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        let wanted = volume.wanted(&occupancy, ranges);
-        // Bricks that have become visible are uploaded now, not while a frame waits for them.
-        drop(volume.resident(gpu, source, wanted.as_ref())?);
-        let notices = volume.notices();
         Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices })
     }
 
@@ -139,15 +139,20 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 }
 
 fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
+    Occupancy::new(ranges, |lo, hi| visible(table, scene, lo, hi))
+}
+
+/// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
+/// no block is empty to them.
+fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
     let settings = scene.settings();
     let rescale = scene.volume().rescale();
-    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored(*v)).collect();
-    let met = |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
+    let within = |level: f64| (f64::from(lo)..=f64::from(hi)).contains(&rescale.stored(level));
     match settings.mode {
-        _ if settings.space_skipping == SpaceSkipping::Off => Occupancy::full(ranges),
-        Mode::Composite => Occupancy::new(ranges, |lo, hi| table.visible(lo, hi)),
-        Mode::Iso => Occupancy::new(ranges, met),
-        _ => Occupancy::full(ranges),
+        _ if settings.space_skipping == SpaceSkipping::Off => true,
+        Mode::Composite => table.visible(lo, hi),
+        Mode::Iso => settings.iso.iter().any(|level| within(*level)),
+        _ => true,
     }
 }
 

@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn an_error_outside_every_scope_comes_with_the_next_call() {
         let Some(gpu) = gpu() else { return };
-        gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        let _ = gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: 4,
             // Two usages that do not go together.
@@ -201,6 +201,28 @@ mod tests {
         });
         let found = gpu.checked("anything", || ());
         assert!(matches!(&found, Err(GpuError::Refused { what, .. }) if what == "anything"), "{found:?}");
+        assert_eq!(gpu.checked("anything", || ()), Ok(()));
+    }
+
+    #[test]
+    fn too_much_is_out_of_memory_and_no_panic() {
+        let Some(gpu) = gpu() else { return };
+        let side = gpu.device().limits().max_texture_dimension_3d;
+        let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: side };
+        let made = gpu.checked("a large texture", || {
+            gpu.device().create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D3,
+                format: wgpu::TextureFormat::R32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        });
+        // 32 GiB at the least; some devices have them.
+        assert!(matches!(made, Ok(_) | Err(GpuError::OutOfMemory { .. })), "{made:?}");
         assert_eq!(gpu.checked("anything", || ()), Ok(()));
     }
 

@@ -82,7 +82,8 @@ impl RaycastRenderer {
     /// Makes a volume ready: uploads it.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        Ok(PreparedVolume { voxels, ranges: ValueRanges::new(volume) })
+        let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
+        Ok(PreparedVolume { voxels, ranges })
     }
 
     /// Classifies a prepared volume for a scene.

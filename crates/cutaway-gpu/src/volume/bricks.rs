@@ -6,7 +6,6 @@
 //! the next level, those first that lose least.
 
 use cutaway_core::glam::UVec3;
-use cutaway_core::occupancy::Occupancy;
 use cutaway_core::value_ranges::{BLOCK, ValueRanges};
 
 /// Texels of a slot along an axis beyond the cells of its brick: the far voxel of the last cell, and one on either side.
@@ -28,7 +27,7 @@ pub(crate) struct BrickGrid {
     /// Bricks of the finest level along x, y, z.
     pub(crate) pages: UVec3,
     /// Slots along any axis of the atlas at the most.
-    side: u32,
+    pub(super) side: u32,
     /// Slots at the most.
     pub(crate) most_slots: u64,
 }
@@ -113,9 +112,12 @@ pub(crate) struct Wanted {
 }
 
 impl Wanted {
-    pub(crate) fn new(grid: &BrickGrid, occupancy: &Occupancy, ranges: &ValueRanges) -> Self {
-        let blocks = occupancy.dimensions();
+    /// The bricks of which `occupied` is true of a block. With `margin`, also of a block beside one of theirs: for what
+    /// looks further than the samples that it draws.
+    pub(crate) fn new(grid: &BrickGrid, ranges: &ValueRanges, occupied: &[bool], margin: bool) -> Self {
+        let blocks = ranges.level0.dimensions;
         let edge = grid.edge / BLOCK;
+        let reach = u32::from(margin);
         let mut wanted = Self {
             visible: vec![false; grid.page_count()],
             ranges: vec![[f32::INFINITY, f32::NEG_INFINITY]; grid.page_count()],
@@ -124,15 +126,30 @@ impl Wanted {
         for z in 0..blocks.z {
             for y in 0..blocks.y {
                 for x in 0..blocks.x {
-                    let page = grid.page(UVec3::new(x, y, z) / edge);
-                    wanted.visible[page] |= occupancy.level0(block);
+                    let at = UVec3::new(x, y, z);
+                    let page = grid.page(at / edge);
                     let ([lo, hi], [a, b]) = (wanted.ranges[page], ranges.level0.blocks[block]);
                     wanted.ranges[page] = [lo.min(a), hi.max(b)];
+                    if occupied[block] {
+                        let first = at.saturating_sub(UVec3::splat(reach)) / edge;
+                        let last = (at + reach).min(blocks - UVec3::ONE) / edge;
+                        wanted.show(grid, first, last);
+                    }
                     block += 1;
                 }
             }
         }
         wanted
+    }
+
+    fn show(&mut self, grid: &BrickGrid, first: UVec3, last: UVec3) {
+        for z in first.z..=last.z {
+            for y in first.y..=last.y {
+                for x in first.x..=last.x {
+                    self.visible[grid.page(UVec3::new(x, y, z))] = true;
+                }
+            }
+        }
     }
 
     /// Bricks that can be visible.
@@ -247,9 +264,8 @@ mod tests {
     fn the_edge_is_the_first_that_holds_everything() {
         let d = UVec3::new(1000, 900, 800);
         assert_eq!(BrickGrid::new(d, 1, 2048, u64::MAX).unwrap().edge, 32);
-        // 256 texels: seven slots of 35 or 13 of 19, but 23 of 11.
-        let small = BrickGrid::new(UVec3::new(170, 170, 170), 1, 200, u64::MAX).unwrap();
-        assert!(small.most_slots >= small.page_count() as u64, "{small:?}");
+        // 200 texels: 5 slots along an axis for 10 by 4 by 4 bricks, 2 for 5 by 2 by 2, but 10 for 19 by 7 by 7.
+        assert_eq!(BrickGrid::new(UVec3::new(300, 100, 100), 1, 200, u64::MAX).unwrap().edge, 16);
         assert_eq!(BrickGrid::new(d, 4, 10, u64::MAX), None);
         assert_eq!(BrickGrid::new(d, 4, 2048, 100), None);
     }

@@ -17,10 +17,10 @@ mod texels;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cutaway_core::glam::UVec3;
-use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::Scene;
 use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
+use rayon::prelude::*;
 
 use crate::context::{Gpu, Oversize};
 use crate::error::GpuError;
@@ -42,7 +42,15 @@ pub struct GpuVolume {
 #[derive(Debug)]
 enum Held {
     Whole { texture: wgpu::Texture, no_pages: wgpu::TextureView },
-    Bricks { grid: BrickGrid, state: Box<Mutex<Bricks>> },
+    Bricks(Box<Bricked>),
+}
+
+#[derive(Debug)]
+struct Bricked {
+    grid: BrickGrid,
+    /// Known to the host too, which decides what is uploaded.
+    ranges: ValueRanges,
+    state: Mutex<Bricks>,
 }
 
 /// What of a volume in bricks is on the device.
@@ -101,7 +109,8 @@ impl GpuVolume {
                 ),
             });
         };
-        let held = Held::Bricks { grid, state: Box::default() };
+        let bricked = Bricked { grid, ranges: ValueRanges::new(volume), state: Mutex::default() };
+        let held = Held::Bricks(Box::new(bricked));
         Ok(Self::with(volume, texels, held, needed))
     }
 
@@ -125,15 +134,15 @@ impl GpuVolume {
     pub fn bytes(&self) -> u64 {
         match &self.held {
             Held::Whole { .. } => whole_bytes(self.dimensions, &self.texels),
-            Held::Bricks { state, .. } => lock(state).atlas.as_ref().map_or(0, Atlas::bytes),
+            Held::Bricks(bricked) => lock(&bricked.state).atlas.as_ref().map_or(0, Atlas::bytes),
         }
     }
 
     /// What was substituted so that it fits: now, so for the last scene that was classified or drawn.
     pub fn notices(&self) -> Vec<Notice> {
         let mut notices = self.notices.clone();
-        if let Held::Bricks { state, .. } = &self.held {
-            notices.extend(lock(state).notice.clone());
+        if let Held::Bricks(bricked) = &self.held {
+            notices.extend(lock(&bricked.state).notice.clone());
         }
         notices
     }
@@ -142,7 +151,7 @@ impl GpuVolume {
     pub fn brick_edge(&self) -> Option<u32> {
         match &self.held {
             Held::Whole { .. } => None,
-            Held::Bricks { grid, .. } => Some(grid.edge),
+            Held::Bricks(bricked) => Some(bricked.grid.edge),
         }
     }
 
@@ -150,23 +159,31 @@ impl GpuVolume {
     pub fn uploaded_bricks(&self) -> u64 {
         match &self.held {
             Held::Whole { .. } => 0,
-            Held::Bricks { state, .. } => lock(state).atlas.as_ref().map_or(0, Atlas::uploads),
+            Held::Bricks(bricked) => lock(&bricked.state).atlas.as_ref().map_or(0, Atlas::uploads),
         }
     }
 
-    /// The texture of a volume that is in one.
-    pub(crate) fn whole_texture(&self) -> Option<&wgpu::Texture> {
-        match &self.held {
-            Held::Whole { texture, .. } => Some(texture),
-            Held::Bricks { .. } => None,
-        }
-    }
-
-    /// What a classification wants to be there; `None` where everything is.
-    pub(crate) fn wanted(&self, occupancy: &Occupancy, ranges: &ValueRanges) -> Option<Arc<Wanted>> {
+    /// Ranges of the blocks of a volume in bricks, which no shader can find: not all voxels are on the device.
+    pub(crate) fn host_ranges(&self) -> Option<&ValueRanges> {
         match &self.held {
             Held::Whole { .. } => None,
-            Held::Bricks { grid, .. } => Some(Arc::new(Wanted::new(grid, occupancy, ranges))),
+            Held::Bricks(bricked) => Some(&bricked.ranges),
+        }
+    }
+
+    /// What a classification that makes values from `lo` to `hi` visible wants to be there; `None` where everything is.
+    pub(crate) fn wanted(
+        &self,
+        visible: impl Fn(f32, f32) -> bool + Sync,
+        margin: bool,
+    ) -> Option<Arc<Wanted>> {
+        match &self.held {
+            Held::Whole { .. } => None,
+            Held::Bricks(bricked) => {
+                let blocks = &bricked.ranges.level0.blocks;
+                let occupied: Vec<bool> = blocks.par_iter().map(|&[lo, hi]| visible(lo, hi)).collect();
+                Some(Arc::new(Wanted::new(&bricked.grid, &bricked.ranges, &occupied, margin)))
+            }
         }
     }
 
@@ -182,10 +199,10 @@ impl GpuVolume {
                 let voxels = texture.create_view(&wgpu::TextureViewDescriptor::default());
                 Ok(Resident { voxels, pages: no_pages.clone(), _state: None })
             }
-            Held::Bricks { grid, state } => {
-                let mut state = lock(state);
+            Held::Bricks(bricked) => {
+                let mut state = lock(&bricked.state);
                 if let Some(wanted) = wanted {
-                    state.follow(gpu, grid, &self.texels, volume, wanted)?;
+                    state.follow(gpu, &bricked.grid, &self.texels, volume, wanted)?;
                 }
                 let missing = || GpuError::OutOfMemory { what: "the volume's bricks".to_owned() };
                 let [voxels, pages] = state.atlas.as_ref().map(Atlas::views).ok_or_else(missing)?;

@@ -218,7 +218,7 @@ mod tests {
                 let n = volume.voxels().len();
                 let held = decoded(&texels, &texels.bytes(volume.voxels(), 0..n));
                 let [lo, hi] = volume.stored_range().map(f64::from);
-                let bound = (hi - lo) * (texels.rounding(&volume) + 1e-7);
+                let bound = (hi - lo) * texels.rounding(&volume) + hi.abs().max(lo.abs()).max(hi - lo) * 2e-7;
                 for (i, found) in held.iter().enumerate() {
                     let stored = f64::from(volume.voxels().get(i));
                     assert!((found - stored).abs() <= bound, "{format:?}: {found} for {stored}");
