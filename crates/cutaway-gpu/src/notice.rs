@@ -51,7 +51,11 @@ impl fmt::Display for Notice {
 /// Bytes in words, with three digits or all before the point.
 pub(crate) fn megabytes(bytes: u64) -> String {
     let mib = bytes as f64 / f64::from(1 << 20);
-    if mib < 10.0 { format!("{mib:.2} MiB") } else { format!("{mib:.0} MiB") }
+    match mib {
+        _ if bytes < 100_000 => format!("{bytes} bytes"),
+        _ if mib < 10.0 => format!("{mib:.2} MiB"),
+        _ => format!("{mib:.0} MiB"),
+    }
 }
 
 #[cfg(test)]

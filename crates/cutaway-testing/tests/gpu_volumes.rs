@@ -81,17 +81,6 @@ fn scene(volume: &Volume, mode: Mode, shade: bool) -> Scene<'_> {
     framed(volume, &soft(volume.value_range()), lighting, settings(volume, mode))
 }
 
-/// Nothing below `from`, a share of the range; nearly opaque above.
-fn above(volume: &Volume, from: f64) -> TransferFunction {
-    let [lo, hi] = volume.value_range();
-    let at = |share: f64| lo + share * (hi - lo);
-    TransferFunction::new(vec![
-        point(at(from), [0.9, 0.4, 0.2], 0.0),
-        point(at(from + 0.1), [0.8, 0.9, 0.9], 0.6),
-    ])
-    .expect("ordered points")
-}
-
 fn same(what: &str, expected: &Image, found: &Image, rmse: f64) -> Outcome {
     let c = compare(expected, found)?;
     if c.rmse <= rmse && c.non_finite_pixels == 0 {
@@ -147,6 +136,18 @@ fn corner() -> Volume {
     Volume::new(noise.dimensions(), voxels, noise.rescale(), *noise.geometry()).expect("a valid volume")
 }
 
+/// Shows what is below a share of the range: the slope of the rescale is negative, so that large numbers are small values.
+fn corner_scene(volume: &Volume, below: f64) -> Scene<'_> {
+    let [lo, hi] = volume.value_range();
+    let at = |share: f64| lo + share * (hi - lo);
+    let function = TransferFunction::new(vec![
+        point(at(below), [0.9, 0.4, 0.2], 0.5),
+        point(at(below + 0.1), [0.8, 0.9, 0.9], 0.0),
+    ]);
+    let lighting = Lighting { shade: true, ..Lighting::default() };
+    framed(volume, &function.expect("ordered points"), lighting, settings(volume, Mode::Composite))
+}
+
 fn only_visible_bricks() -> Outcome {
     let volume = corner();
     // Two thirds of what the voxels take, and the borders of bricks come on top.
@@ -185,41 +186,52 @@ fn only_visible_bricks() -> Outcome {
     same("few again", &raycast(&few, &whole).0, &bricked.render(&prepared, &first, &few, &|_| {})?.0, 1e-5)
 }
 
-/// Forty-odd thousand bytes for 90 thousand voxels: a projection, which needs all of them, is made of averages.
+/// A field that changes slowly, of which every value occurs in many places.
+fn slow() -> Volume {
+    let [nx, ny, nz] = DIMENSIONS;
+    let wave = |i: u32, length: f32| (i as f32 / length).sin();
+    let voxels: Vec<u8> = (0..nx * ny * nz)
+        .map(|i| {
+            let sum = wave(i % nx, 9.0) + wave(i / nx % ny, 7.0) + wave(i / (nx * ny), 8.0);
+            (127.0 + 42.0 * sum) as u8
+        })
+        .collect();
+    let like = oblique_noise(DIMENSIONS.into(), 1);
+    Volume::new(like.dimensions(), voxels, like.rescale(), *like.geometry()).expect("a valid volume")
+}
+
+/// Half the bytes of the voxels: every mode shows parts of the volume as averages of two or more voxels.
 fn coarser_levels() -> Outcome {
     let whole = limited(Fallbacks::default())?;
-    let limits = Fallbacks { max_bytes: Some(48_000), ..Fallbacks::default() };
-    let bricked = limited(limits)?;
-    for (kind, volume) in volumes() {
-        for mode in Mode::ALL {
-            let scene = scene(&volume, mode, true);
-            let prepared = bricked.prepare(&volume)?;
-            let classification = bricked.classify(&prepared, &scene)?;
-            let notices = classification.notices();
-            let coarser = notices.iter().any(|n| matches!(n, Notice::Coarser { factor: 2..=8, .. }));
-            if !coarser || prepared.voxels().bytes() > 60_000 {
-                return Err(format!("{notices:?}, {} bytes", prepared.voxels().bytes()).into());
-            }
-            let found = bricked.render(&prepared, &classification, &scene, &|_| {})?.0;
-            // The noise has waves of five voxels: means over two to eight flatten it, but it is the same picture.
-            same(&format!("{kind}, {}", mode.name()), &raycast(&scene, &whole).0, &found, 0.25)?;
+    let bricked = limited(Fallbacks { max_bytes: Some(48_000), ..Fallbacks::default() })?;
+    let volume = slow();
+    for mode in Mode::ALL {
+        let scene = scene(&volume, mode, true);
+        let prepared = bricked.prepare(&volume)?;
+        let classification = bricked.classify(&prepared, &scene)?;
+        let notices = classification.notices();
+        let coarser = notices.iter().any(|n| matches!(n, Notice::Coarser { factor: 2..=8, .. }));
+        if !coarser || prepared.voxels().bytes() > 60_000 {
+            return Err(format!("{notices:?}, {} bytes", prepared.voxels().bytes()).into());
         }
+        let found = bricked.render(&prepared, &classification, &scene, &|_| {})?.0;
+        // Averages flatten waves by a few hundredths, and surfaces move by a fraction of a voxel.
+        same(mode.name(), &raycast(&scene, &whole).0, &found, 0.08)?;
     }
     Ok(())
 }
 
 fn refused_when_asked() -> Outcome {
-    let limits = Fallbacks { max_bytes: Some(48_000), ..Fallbacks::default() };
+    let limits = Fallbacks { max_bytes: Some(120_000), ..Fallbacks::default() };
     let bricked = renderer(limits, Oversize::Refuse)?;
-    let (_, volume) = volumes().swap_remove(0);
+    let volume = corner();
     let prepared = bricked.prepare(&volume)?;
     match bricked.classify(&prepared, &scene(&volume, Mode::Mip, false)) {
         Err(GpuError::TooLarge { reason, .. }) if reason.contains("needs") => {}
         other => return Err(format!("{other:?}").into()),
     }
     // What is visible of the same volume fits.
-    let few = framed(&volume, &above(&volume, 0.95), Lighting::default(), settings(&volume, Mode::Composite));
-    bricked.classify(&prepared, &few)?;
+    bricked.classify(&prepared, &corner_scene(&volume, 0.2))?;
     Ok(())
 }
 
@@ -230,7 +242,7 @@ fn refused() -> Outcome {
         Fallbacks { max_bytes: Some(1000), ..Fallbacks::default() },
     ] {
         match limited(limits)?.prepare(&volume) {
-            Err(error @ GpuError::TooLarge { .. }) => println!("{error}"),
+            Err(GpuError::TooLarge { reason, .. }) if reason.contains("take `--engine cpu`") => {}
             other => return Err(format!("{other:?}").into()),
         }
     }

@@ -150,6 +150,25 @@ impl Gpu {
         }
     }
 
+    /// A buffer that holds `contents`, padded with zeros to a multiple of four bytes. Unlike wgpu's own helper it does not
+    /// map the buffer, which would be a panic where there is no memory for it or the device is lost.
+    pub(crate) fn buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: contents.len().next_multiple_of(4) as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let (whole, rest) = contents.split_at(contents.len() / 4 * 4);
+        self.queue.write_buffer(&buffer, 0, whole);
+        if !rest.is_empty() {
+            let mut last = [0; 4];
+            last[..rest.len()].copy_from_slice(rest);
+            self.queue.write_buffer(&buffer, whole.len() as u64, &last);
+        }
+        buffer
+    }
+
     /// An error if the device is gone.
     pub(crate) fn alive(&self) -> Result<(), GpuError> {
         match self.lost.get() {

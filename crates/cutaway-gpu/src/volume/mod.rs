@@ -100,14 +100,15 @@ impl GpuVolume {
         let all_fit = grids().find(|(_, g)| g.most_slots >= g.page_count() as u64);
         let smallest = || grids().min_by_key(|(t, _)| t.bytes_per_voxel());
         let Some((texels, grid)) = all_fit.or_else(smallest) else {
-            return Err(GpuError::TooLarge {
-                dimensions,
-                reason: format!(
-                    "its textures hold up to {} voxels along a side and {}; take `--engine cpu`",
-                    can.max_texture_3d,
-                    megabytes(can.max_texture_bytes)
-                ),
-            });
+            let in_all = match can.max_texture_bytes {
+                u64::MAX => String::new(),
+                bytes => format!(", {} in all", megabytes(bytes)),
+            };
+            let reason = format!(
+                "its textures have up to {} voxels along a side{in_all}; take `--engine cpu`",
+                can.max_texture_3d
+            );
+            return Err(GpuError::TooLarge { dimensions, reason });
         };
         let bricked = Bricked { grid, ranges: ValueRanges::new(volume), state: Mutex::default() };
         let held = Held::Bricks(Box::new(bricked));
