@@ -148,11 +148,7 @@ impl Trial {
         // Two voxels along each axis, whose centres are at a quarter and three quarters.
         let coordinates: Vec<[f32; 4]> =
             places.iter().map(|p| [0.25 + 0.5 * p[0], 0.25 + 0.5 * p[1], 0.25 + 0.5 * p[2], 0.0]).collect();
-        let places = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("places"),
-            contents: bytemuck::cast_slice(&coordinates),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
+        let places = gpu.buffer("places", bytemuck::cast_slice(&coordinates), wgpu::BufferUsages::STORAGE);
         Self { pipeline, sampler, places }
     }
 

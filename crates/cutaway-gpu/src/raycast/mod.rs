@@ -124,7 +124,8 @@ impl RaycastRenderer {
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
-        let pipeline = self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume))?;
+        let pipeline =
+            self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume, self.gpu.capabilities()))?;
         // Until all tiles are submitted no other scene may change which bricks are there.
         let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
         let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());

@@ -5,12 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
-use wgpu::util::DeviceExt;
 
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
-use crate::context::{Filtering, Gpu};
+use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
 use crate::volume::{GpuVolume, Resident};
 
@@ -35,7 +34,7 @@ pub(crate) struct Variant {
 }
 
 impl Variant {
-    pub(crate) fn of(scene: &Scene, volume: &GpuVolume) -> Self {
+    pub(crate) fn of(scene: &Scene, volume: &GpuVolume, capabilities: &Capabilities) -> Self {
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
@@ -46,7 +45,7 @@ impl Variant {
             shaded: scene.is_shaded(),
             curve,
             filtering: volume.texels().filtering,
-            filterable: volume.texels().filtering == Filtering::Hardware,
+            filterable: volume.texels().filterable(capabilities),
             skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
             brick_edge: volume.brick_edge(),
         }
@@ -164,12 +163,8 @@ impl Pipelines {
         uniforms: &FrameUniforms,
     ) -> [wgpu::BindGroup; 2] {
         let device = gpu.device();
-        let filterable = inputs.volume.texels().filtering == Filtering::Hardware;
-        let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frame"),
-            contents: bytemuck::bytes_of(uniforms),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let filterable = inputs.volume.texels().filterable(gpu.capabilities());
+        let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
         let bind = |group: usize, resources: &[wgpu::BindingResource]| {
             let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
                 .zip(resources)
