@@ -3,16 +3,18 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
+use std::sync::Arc;
+
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
 use cutaway_core::value_ranges::{BLOCK, ValueRanges};
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::notice::Notice;
 use crate::raycast::BlockLevels;
-use crate::volume::{GpuVolume, Texels};
+use crate::volume::{GpuVolume, Texels, Wanted};
 
 /// From texels to entries of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +42,8 @@ pub struct GpuClassification {
     occupied: wgpu::Buffer,
     blocks: BlockLevels,
     occupied_fraction: f64,
+    wanted: Option<Arc<Wanted>>,
+    notices: Vec<Notice>,
 }
 
 impl GpuClassification {
@@ -56,14 +60,11 @@ impl GpuClassification {
         let entries = entries(&table, scene, volume);
         let occupancy = occupancy(&table, ranges, scene);
         let (bits, blocks) = packed(&occupancy);
-        let upload = |label, contents: &[u8]| {
-            let usage = wgpu::BufferUsages::STORAGE;
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
-        };
+        let upload = |label, contents: &[u8]| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
+        // Bricks that become visible are uploaded now, not while a frame waits for them.
+        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), false);
+        drop(volume.resident(gpu, source, wanted.as_ref())?);
+        let notices = volume.notices();
         let (table, occupied) = gpu.checked("the transfer function's table", || {
             (
                 upload("table", bytemuck::cast_slice(&entries)),
@@ -71,7 +72,17 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction })
+        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices })
+    }
+
+    /// What of the volume is shown otherwise than it is.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// The bricks that it makes visible, of a volume in bricks.
+    pub(crate) fn wanted(&self) -> Option<&Arc<Wanted>> {
+        self.wanted.as_ref()
     }
 
     /// The share of blocks that can be visible, 0..=1.
@@ -120,7 +131,8 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
         .map(|&level| {
             let [r, g, b] = scene.transfer_function().evaluate(level).0.map(|c| c as f32);
             let level = rescale.slope.signum() * volume.texels().texel(rescale.stored(level));
-            [r, g, b, (level - LEVEL_ROUNDING * level.abs()) as f32]
+            // Texels about zero come of differences of greater numbers.
+            [r, g, b, (level - LEVEL_ROUNDING * level.abs().max(0.01)) as f32]
         })
         .collect();
     surfaces.sort_by(|a, b| a[3].total_cmp(&b[3]));
@@ -129,15 +141,20 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 }
 
 fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
+    Occupancy::new(ranges, |lo, hi| visible(table, scene, lo, hi))
+}
+
+/// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
+/// no block is empty to them.
+fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
     let settings = scene.settings();
     let rescale = scene.volume().rescale();
-    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored(*v)).collect();
-    let met = |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
+    let within = |level: f64| (f64::from(lo)..=f64::from(hi)).contains(&rescale.stored(level));
     match settings.mode {
-        _ if settings.space_skipping == SpaceSkipping::Off => Occupancy::full(ranges),
-        Mode::Composite => Occupancy::new(ranges, |lo, hi| table.visible(lo, hi)),
-        Mode::Iso => Occupancy::new(ranges, met),
-        _ => Occupancy::full(ranges),
+        _ if settings.space_skipping == SpaceSkipping::Off => true,
+        Mode::Composite => table.visible(lo, hi),
+        Mode::Iso => settings.iso.iter().any(|level| within(*level)),
+        _ => true,
     }
 }
 

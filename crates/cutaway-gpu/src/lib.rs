@@ -19,12 +19,14 @@
 mod classification;
 pub mod context;
 mod error;
+mod notice;
 pub mod raycast;
 mod volume;
 
 pub use classification::GpuClassification;
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
+pub use notice::Notice;
 pub use raycast::{RaycastRenderer, Statistics};
 pub use volume::{GpuVolume, Texels};
 

@@ -18,6 +18,7 @@ use cutaway_core::volume::Volume;
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::notice::Notice;
 use crate::volume::GpuVolume;
 use pipelines::{Inputs, Pipelines, Variant};
 use targets::{Targets, tiles};
@@ -59,6 +60,11 @@ impl PreparedVolume {
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
     }
+
+    /// What was substituted so that it fits; of a volume in bricks, for the last scene that was classified.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.voxels.notices()
+    }
 }
 
 impl RaycastRenderer {
@@ -76,7 +82,8 @@ impl RaycastRenderer {
     /// Makes a volume ready: uploads it.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        Ok(PreparedVolume { voxels, ranges: ValueRanges::new(volume) })
+        let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
+        Ok(PreparedVolume { voxels, ranges })
     }
 
     /// Classifies a prepared volume for a scene.
@@ -119,9 +126,12 @@ impl RaycastRenderer {
     ) -> Result<(), GpuError> {
         let pipeline =
             self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume, self.gpu.capabilities()))?;
+        // Until all tiles are submitted no other scene may change which bricks are there.
+        let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
         let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());
-        let groups =
-            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &uniforms))?;
+        let groups = self
+            .gpu
+            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, &uniforms))?;
         let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {

@@ -5,14 +5,13 @@ use std::sync::{Mutex, PoisonError};
 
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
-use wgpu::util::DeviceExt;
 
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
 use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
-use crate::volume::GpuVolume;
+use crate::volume::{GpuVolume, Resident};
 
 /// What a frame is drawn from.
 pub(crate) struct Inputs<'a> {
@@ -27,9 +26,11 @@ pub(crate) struct Variant {
     shaded: bool,
     curve: u32,
     filtering: Filtering,
-    /// Whether the voxels can be filtered at all.
+    /// Whether the adapter filters the voxels.
     filterable: bool,
     skip_blocks: bool,
+    /// Cells along an edge of a brick, for a volume in bricks.
+    brick_edge: Option<u32>,
 }
 
 impl Variant {
@@ -46,6 +47,7 @@ impl Variant {
             filtering: volume.texels().filtering,
             filterable: volume.texels().filterable(capabilities),
             skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+            brick_edge: volume.brick_edge(),
         }
     }
 
@@ -64,6 +66,8 @@ impl Variant {
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
+            ("BRICKED", flag(self.brick_edge.is_some())),
+            ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
         ]
     }
 }
@@ -72,7 +76,7 @@ impl Variant {
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     shader: wgpu::ShaderModule,
-    /// By whether the voxels can be filtered.
+    /// By whether the adapter filters the voxels.
     layouts: [[wgpu::BindGroupLayout; 2]; 2],
     made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
     samplers: [wgpu::Sampler; 2],
@@ -151,14 +155,16 @@ impl Pipelines {
     }
 
     /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
-    pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
+    pub(crate) fn bind(
+        &self,
+        gpu: &Gpu,
+        inputs: &Inputs,
+        resident: &Resident,
+        uniforms: &FrameUniforms,
+    ) -> [wgpu::BindGroup; 2] {
         let device = gpu.device();
         let filterable = inputs.volume.texels().filterable(gpu.capabilities());
-        let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frame"),
-            contents: bytemuck::bytes_of(uniforms),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
         let bind = |group: usize, resources: &[wgpu::BindingResource]| {
             let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
                 .zip(resources)
@@ -171,10 +177,11 @@ impl Pipelines {
             0,
             &[
                 uniforms.as_entire_binding(),
-                wgpu::BindingResource::TextureView(inputs.volume.view()),
+                wgpu::BindingResource::TextureView(&resident.voxels),
                 wgpu::BindingResource::Sampler(&self.samplers[usize::from(filterable)]),
                 inputs.classification.occupied().as_entire_binding(),
                 inputs.classification.table().as_entire_binding(),
+                wgpu::BindingResource::TextureView(&resident.pages),
             ],
         );
         let nothing = &self.nothing;
@@ -245,6 +252,11 @@ fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGro
             wgpu::BindingType::Sampler(sampler),
             words,
             words,
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D3,
+                multisampled: false,
+            },
         ],
     );
     let image = make("image", &[texture(wgpu::TextureViewDimension::D2, false), words, words]);
