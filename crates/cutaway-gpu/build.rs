@@ -4,7 +4,14 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast"];
+const SHADERS: &[&str] = &[
+    "raycast::raycast",
+    "proxy::cells",
+    "proxy::view",
+    "proxy::range",
+    "geometry::surface",
+    "geometry::behind",
+];
 
 fn main() {
     let mut linker = Wesl::new("src");

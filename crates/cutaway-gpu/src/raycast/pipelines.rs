@@ -18,6 +18,8 @@ use crate::volume::GpuVolume;
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    /// Where each ray begins and ends, if not at the volume's box.
+    pub(crate) range: Option<&'a wgpu::TextureView>,
 }
 
 /// What is decided when a shader is compiled.
@@ -30,10 +32,13 @@ pub(crate) struct Variant {
     /// Whether the voxels can be filtered at all.
     filterable: bool,
     skip_blocks: bool,
+    proxy: bool,
 }
 
 impl Variant {
-    pub(crate) fn of(scene: &Scene, volume: &GpuVolume) -> Self {
+    /// `image_order`: whether blocks are skipped along rays.
+    pub(crate) fn of(scene: &Scene, inputs: &Inputs, image_order: bool) -> Self {
+        let volume = inputs.volume;
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
@@ -45,7 +50,8 @@ impl Variant {
             curve,
             filtering: volume.texels().filtering,
             filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
-            skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+            skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
+            proxy: inputs.range.is_some(),
         }
     }
 
@@ -64,6 +70,7 @@ impl Variant {
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
+            ("PROXY", flag(self.proxy)),
         ]
     }
 }
@@ -181,7 +188,7 @@ impl Pipelines {
         let image = bind(
             1,
             &[
-                wgpu::BindingResource::TextureView(&nothing.range),
+                wgpu::BindingResource::TextureView(inputs.range.unwrap_or(&nothing.range)),
                 nothing.words.as_entire_binding(),
                 nothing.words.as_entire_binding(),
             ],
