@@ -16,8 +16,9 @@ const MOST_UNITS: u32 = 1023;
 /// Cells at most; of larger volumes each is larger.
 const MOST_CELLS: u64 = 1 << 21;
 
-/// Voxels along an edge of a cell that were measured to be best; fitted cells can be larger.
-const CELL_EDGE: [u32; 2] = [8, 16];
+/// Cells along the longest side of a volume: for flavours that draw a surface only, whose faces grow with the square of this,
+/// and for those that draw every cell. With more, the latter have more quads than there is room for.
+const CELLS_ALONG: [u32; 2] = [32, 8];
 
 /// Blocks that a software adapter reads in 100 ms at the least, and a GPU.
 const BLOCKS_AT_ONCE: [u64; 2] = [1 << 22, 1 << 29];
@@ -34,13 +35,15 @@ pub(crate) struct ProxyGrid {
 }
 
 impl ProxyGrid {
-    /// `edge`: voxels along a fine block; `room`: bytes of a buffer at most.
-    pub(crate) fn new(blocks: UVec3, edge: u32, flavour: Flavour, options: &ProxyOptions, room: u64) -> Self {
+    /// `room`: bytes of a buffer at most.
+    pub(crate) fn new(blocks: UVec3, flavour: Flavour, options: &ProxyOptions, room: u64) -> Self {
         let blocks_per_unit = blocks.max_element().div_ceil(MOST_UNITS).max(1);
         let per = |n: UVec3, k: u32| UVec3::new(n.x.div_ceil(k), n.y.div_ceil(k), n.z.div_ceil(k));
         let units = per(blocks, blocks_per_unit);
-        let measured = CELL_EDGE[usize::from(flavour.fitted)].div_ceil(edge.max(1));
-        let wanted = options.cell_blocks.unwrap_or(measured.max(1 + u32::from(flavour.fitted)));
+        // Fitted boxes are glued so seldom that their contour is as good as all of them.
+        let surface = (flavour.glued && !flavour.fitted) || flavour.boundary;
+        let along = blocks.max_element().div_ceil(CELLS_ALONG[usize::from(!surface)]);
+        let wanted = options.cell_blocks.unwrap_or(along.max(1 + u32::from(flavour.fitted)));
         let mut units_per_cell = wanted.max(1).div_ceil(blocks_per_unit).min(MOST_UNITS);
         let count = |cells: UVec3| cells.as_u64vec3().element_product();
         while count(per(units, units_per_cell)) > MOST_CELLS {
@@ -119,7 +122,7 @@ impl ProxyGeometry {
     ) -> Result<Self, GpuError> {
         let blocks = classification.blocks();
         let room = gpu.capabilities().max_buffer;
-        let grid = ProxyGrid::new(blocks.fine, blocks.fine_edge, flavour, options, room);
+        let grid = ProxyGrid::new(blocks.fine, flavour, options, room);
         let storage = wgpu::BufferUsages::STORAGE;
         let made = gpu.checked("the proxy geometry", || {
             let buffer = |label, size: u64, usage| {
@@ -280,7 +283,7 @@ mod tests {
     fn coordinates_have_ten_bits_and_memory_is_bounded() {
         for n in [1, 2, 64, 1023, 1024, 3000, 20_000] {
             let blocks = UVec3::new(n, n / 3 + 1, 7);
-            let grid = ProxyGrid::new(blocks, 4, CONTOUR, &ProxyOptions::default(), 1 << 27);
+            let grid = ProxyGrid::new(blocks, CONTOUR, &ProxyOptions::default(), 1 << 27);
             assert!(grid.units.max_element() <= MOST_UNITS, "{grid:?}");
             assert!((grid.units * grid.blocks_per_unit).cmpge(blocks).all(), "{grid:?}");
             assert!((grid.cells * grid.units_per_cell).cmpge(grid.units).all(), "{grid:?}");
@@ -289,7 +292,6 @@ mod tests {
         }
         let cube = ProxyGrid::new(
             UVec3::splat(64),
-            4,
             CONTOUR,
             &ProxyOptions { cell_blocks: Some(1), ..ProxyOptions::default() },
             1 << 27,
@@ -300,8 +302,7 @@ mod tests {
     #[test]
     fn slabs_cover_every_layer_once() {
         for software in [false, true] {
-            let grid =
-                ProxyGrid::new(UVec3::new(300, 300, 211), 4, CONTOUR, &ProxyOptions::default(), 1 << 27);
+            let grid = ProxyGrid::new(UVec3::new(300, 300, 211), CONTOUR, &ProxyOptions::default(), 1 << 27);
             let mut next = 0;
             for [first, depth] in grid.slabs(software) {
                 assert_eq!(first, next);

@@ -97,6 +97,6 @@ impl Flavour {
 
     /// What `auto` takes.
     fn automatic() -> Option<Self> {
-        Some(Self { fitted: false, glued: true, boundary: false })
+        None
     }
 }
