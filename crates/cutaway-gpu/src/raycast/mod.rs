@@ -127,9 +127,6 @@ impl RaycastRenderer {
     }
 
     /// As [`Self::render`], with what is drawn besides the volume.
-    ///
-    /// # Panics
-    /// If the geometry's size is not that of the scene's image.
     pub fn render_with(
         &self,
         volume: &PreparedVolume,
@@ -146,10 +143,10 @@ impl RaycastRenderer {
             _ => Targets::new(&self.gpu, resolution)?,
         };
         let frame = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
-        let opaque = extras.geometry.map(|geometry| {
-            assert_eq!(geometry.size(), resolution, "geometry is drawn for an image of one size");
-            geometry.distances()
-        });
+        if let Some(geometry) = extras.geometry.filter(|geometry| geometry.size() != resolution) {
+            return Err(GpuError::GeometrySize { expected: resolution, found: geometry.size() });
+        }
+        let opaque = extras.geometry.map(OpaqueGeometry::distances);
         let proxy = self.proxy_of(classification, scene)?;
         let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
         let ranges = self.ranges(&found)?;
@@ -235,7 +232,7 @@ impl RaycastRenderer {
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
-        let variant = Variant::of(scene, inputs, self.proxy_options.image_order);
+        let variant = Variant::of(scene, inputs, self.gpu.capabilities(), self.proxy_options.image_order);
         let pipeline = self.pipelines.get(&self.gpu, variant)?;
         let groups =
             self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, frame))?;

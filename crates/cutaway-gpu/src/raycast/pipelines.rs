@@ -10,7 +10,7 @@ use wgpu::util::DeviceExt;
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
-use crate::context::{Filtering, Gpu};
+use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
 use crate::volume::GpuVolume;
 
@@ -37,7 +37,7 @@ pub(crate) struct Variant {
 
 impl Variant {
     /// `image_order`: whether blocks are skipped along rays.
-    pub(crate) fn of(scene: &Scene, inputs: &Inputs, image_order: bool) -> Self {
+    pub(crate) fn of(scene: &Scene, inputs: &Inputs, capabilities: &Capabilities, image_order: bool) -> Self {
         let volume = inputs.volume;
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
@@ -49,7 +49,7 @@ impl Variant {
             shaded: scene.is_shaded(),
             curve,
             filtering: volume.texels().filtering,
-            filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
+            filterable: volume.texels().filterable(capabilities),
             skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
             proxy: inputs.range.is_some(),
         }
@@ -160,7 +160,7 @@ impl Pipelines {
     /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
     pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
         let device = gpu.device();
-        let filterable = inputs.volume.texels().format != wgpu::TextureFormat::R32Float;
+        let filterable = inputs.volume.texels().filterable(gpu.capabilities());
         let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("frame"),
             contents: bytemuck::bytes_of(uniforms),

@@ -53,11 +53,12 @@ fn cast_pixel(@builtin(position) at: vec4f) -> Output {
     return Output(vec4f(pixel.color, 1.0 - pixel.transmittance), depth, vec2u(pixel.samples, pixel.runs));
 }
 
+// The greatest value is the least texel where the sign turns.
 fn projection_kind() -> f32 {
     if MODE == 2u {
-        return 1.0;
+        return frame.value_sign;
     }
-    return select(0.0, -1.0, MODE == 3u);
+    return select(0.0, -frame.value_sign, MODE == 3u);
 }
 
 fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
@@ -73,7 +74,7 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
             let t_far = min(piece.t_far, range.y);
             let face = face_of(ray, piece, SHADED);
             if face.present && frame.overlay > 0.0 {
-                add_surface(pixel, lit(vec3f(1.0), face.terms), frame.overlay, face.t);
+                draw_over(pixel, lit(vec3f(1.0), face.terms), face.t);
             }
             if t_near < t_far {
                 cast_segment(pixel, &projected, ray, face, t_near, t_far);
@@ -88,6 +89,16 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
     }
     if MODE >= 2u {
         finish_projection(projected, projection_kind(), pixel);
+    }
+}
+
+// A clip surface that is drawn itself.
+fn draw_over(pixel: ptr<function, Pixel>, color: vec3f, t: f32) {
+    let depth = (*pixel).depth;
+    add_surface(pixel, color, frame.overlay, t);
+    if MODE == 0u && (*pixel).transmittance > 0.5 {
+        // Of emission and absorption, depth is where opacity passes one half.
+        (*pixel).depth = depth;
     }
 }
 
