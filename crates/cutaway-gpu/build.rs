@@ -4,7 +4,15 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast", "context::filter"];
+const SHADERS: &[&str] = &[
+    "raycast::raycast",
+    "context::filter",
+    "proxy::cells",
+    "proxy::view",
+    "proxy::range",
+    "geometry::surface",
+    "geometry::behind",
+];
 
 fn main() {
     let mut linker = Wesl::new("src");

@@ -152,7 +152,7 @@ pub(crate) struct SceneArgs {
     /// Accumulated opacity at which a ray ends [0.999]
     #[arg(long, value_name = "A", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) early_termination: Option<f64>,
-    /// Whether to cross invisible blocks without sampling them: off or auto [auto]
+    /// How to skip what is invisible: off, cells, fitted, boundary, contour, fitted-contour or auto; the image is the same [auto]
     #[arg(long, value_parser = values::space_skipping, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) space_skipping: Option<SpaceSkipping>,
     /// Where samples lie: view (a step apart along the ray) or object (on planes of voxels) [view]

@@ -138,9 +138,6 @@ fn options_that_do_not_exist_yet_are_refused_by_name() {
                 .fails(2, &[engine, "does not exist in this version"]);
         }
     }
-    for how in ["cells", "fitted", "boundary", "contour", "fitted-contour"] {
-        run(folder.path(), &format!("{RENDER} --space-skipping {how}")).fails(2, &[how, "does not exist"]);
-    }
     for line in ["view", "view a.nii", "help view"] {
         run(folder.path(), line).fails(2, &["does not exist in this version"]);
     }

@@ -3,7 +3,7 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
@@ -13,6 +13,7 @@ use cutaway_core::value_ranges::{BLOCK, ValueRanges};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::notice::Notice;
+use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
 use crate::raycast::BlockLevels;
 use crate::volume::{GpuVolume, Texels, Wanted};
 
@@ -44,6 +45,7 @@ pub struct GpuClassification {
     occupied_fraction: f64,
     wanted: Option<Arc<Wanted>>,
     notices: Vec<Notice>,
+    proxy: Mutex<Option<Arc<ProxyGeometry>>>,
 }
 
 impl GpuClassification {
@@ -72,7 +74,8 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices })
+        let proxy = Mutex::new(None);
+        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices, proxy })
     }
 
     /// What of the volume is shown otherwise than it is.
@@ -105,6 +108,23 @@ impl GpuClassification {
 
     pub(crate) fn table(&self) -> &wgpu::Buffer {
         &self.table
+    }
+
+    /// The proxy geometry of the blocks; made when another one is asked for than the last time.
+    pub(crate) fn proxy(
+        &self,
+        gpu: &Gpu,
+        pipelines: &ProxyPipelines,
+        flavour: Flavour,
+        options: &ProxyOptions,
+    ) -> Result<Arc<ProxyGeometry>, GpuError> {
+        let mut kept = self.proxy.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(proxy) = kept.as_ref().filter(|proxy| proxy.is(flavour, options)) {
+            return Ok(proxy.clone());
+        }
+        let proxy = Arc::new(ProxyGeometry::new(gpu, pipelines, self, flavour, options)?);
+        *kept = Some(proxy.clone());
+        Ok(proxy)
     }
 
     pub(crate) fn occupied(&self) -> &wgpu::Buffer {

@@ -33,6 +33,8 @@ pub struct Fallbacks {
     pub max_texture_3d: Option<u32>,
     /// Largest buffer and texture in bytes, if the adapter's are not smaller.
     pub max_bytes: Option<u64>,
+    /// Ends of rays at proxy geometry are found by two passes with depth tests, not by blending.
+    pub sorted_ranges: bool,
 }
 
 /// What the device can do.
@@ -58,6 +60,8 @@ pub struct Capabilities {
     pub max_buffer: u64,
     /// Largest single texture that is tried, in bytes.
     pub max_texture_bytes: u64,
+    /// Ends of rays at proxy geometry are found by two passes with depth tests, not by blending.
+    pub sorted_ranges: bool,
 }
 
 /// Features that are used where they are there.
@@ -110,6 +114,7 @@ impl Capabilities {
             max_texture_2d: limits.max_texture_dimension_2d,
             max_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size).min(most),
             max_texture_bytes: most,
+            sorted_ranges: fallbacks.sorted_ranges,
         }
     }
 }

@@ -17,6 +17,8 @@ use crate::volume::{GpuVolume, Resident};
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    /// Where each ray begins and ends, if not at the volume's box.
+    pub(crate) range: Option<&'a wgpu::TextureView>,
 }
 
 /// What is decided when a shader is compiled.
@@ -31,10 +33,13 @@ pub(crate) struct Variant {
     skip_blocks: bool,
     /// Cells along an edge of a brick, for a volume in bricks.
     brick_edge: Option<u32>,
+    proxy: bool,
 }
 
 impl Variant {
-    pub(crate) fn of(scene: &Scene, volume: &GpuVolume, capabilities: &Capabilities) -> Self {
+    /// `image_order`: whether blocks are skipped along rays.
+    pub(crate) fn of(scene: &Scene, inputs: &Inputs, capabilities: &Capabilities, image_order: bool) -> Self {
+        let volume = inputs.volume;
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
@@ -46,8 +51,9 @@ impl Variant {
             curve,
             filtering: volume.texels().filtering,
             filterable: volume.texels().filterable(capabilities),
-            skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
             brick_edge: volume.brick_edge(),
+            skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
+            proxy: inputs.range.is_some(),
         }
     }
 
@@ -68,6 +74,7 @@ impl Variant {
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
             ("BRICKED", flag(self.brick_edge.is_some())),
             ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
+            ("PROXY", flag(self.proxy)),
         ]
     }
 }
@@ -188,7 +195,7 @@ impl Pipelines {
         let image = bind(
             1,
             &[
-                wgpu::BindingResource::TextureView(&nothing.range),
+                wgpu::BindingResource::TextureView(inputs.range.unwrap_or(&nothing.range)),
                 nothing.words.as_entire_binding(),
                 nothing.words.as_entire_binding(),
             ],
