@@ -4,7 +4,8 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast"];
+const SHADERS: &[&str] =
+    &["raycast::raycast", "raycast::finish::fill", "raycast::finish::blur", "raycast::sampling::directions"];
 
 fn main() {
     let mut linker = Wesl::new("src");

@@ -11,7 +11,7 @@ use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::BlockLevels;
+use crate::raycast::{BlockLevels, GpuPreintegration};
 use crate::volume::GpuVolume;
 
 /// From texels to entries of the table.
@@ -30,6 +30,7 @@ pub struct GpuClassification {
     occupied: wgpu::Buffer,
     blocks: BlockLevels,
     occupied_fraction: f64,
+    preintegration: Option<GpuPreintegration>,
 }
 
 impl GpuClassification {
@@ -67,7 +68,8 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction })
+        let preintegration = GpuPreintegration::new(gpu, scene, volume)?;
+        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, preintegration })
     }
 
     /// The share of blocks that can be visible, 0..=1.
@@ -77,7 +79,8 @@ impl GpuClassification {
 
     /// What it takes of the device's memory.
     pub fn bytes(&self) -> u64 {
-        self.table.size() + self.occupied.size()
+        let integrals = self.preintegration.as_ref().map_or(0, GpuPreintegration::bytes);
+        self.table.size() + self.occupied.size() + integrals
     }
 
     pub(crate) fn index_map(&self) -> IndexMap {
@@ -86,6 +89,11 @@ impl GpuClassification {
 
     pub(crate) fn blocks(&self) -> BlockLevels {
         self.blocks
+    }
+
+    /// The tables of pre-integrated steps, where the scene asks for them.
+    pub(crate) fn preintegration(&self) -> Option<&GpuPreintegration> {
+        self.preintegration.as_ref()
     }
 
     pub(crate) fn table(&self) -> &wgpu::Buffer {

@@ -5,7 +5,12 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use crate::raycast::FrameUniforms;
 
 /// All linked shaders by name.
-const SHADERS: &[(&str, &str)] = &[("raycast", crate::raycast::SHADER)];
+const SHADERS: &[(&str, &str)] = &[
+    ("raycast", crate::raycast::SHADER),
+    ("fill", crate::raycast::FILL_SHADER),
+    ("blur", crate::raycast::BLUR_SHADER),
+    ("directions", crate::raycast::DIRECTIONS_SHADER),
+];
 
 fn module(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
@@ -97,7 +102,16 @@ fn frame_uniforms_match_the_shader() {
             bins_scale,
             bins_last,
             nodes,
+            adaptive_threshold,
             reserved,
         }
     );
+}
+
+#[test]
+fn what_passes_are_told_matches_their_shaders() {
+    use crate::raycast::{Blur, Fill, Slab};
+    assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
+    assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
+    assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
 }

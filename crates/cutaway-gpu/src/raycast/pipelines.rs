@@ -7,6 +7,7 @@ use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use wgpu::util::DeviceExt;
 
+use super::sampling::{GpuDirections, SamplingBindings, SamplingInputs, SamplingVariant};
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
@@ -18,6 +19,8 @@ use crate::volume::GpuVolume;
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    /// Directions of the gradient, where the scene asks for them.
+    pub(crate) directions: Option<&'a GpuDirections>,
 }
 
 /// What is decided when a shader is compiled.
@@ -30,6 +33,7 @@ pub(crate) struct Variant {
     /// Whether the voxels can be filtered at all.
     filterable: bool,
     skip_blocks: bool,
+    sampling: SamplingVariant,
 }
 
 impl Variant {
@@ -46,6 +50,7 @@ impl Variant {
             filtering: volume.texels().filtering,
             filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
             skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+            sampling: SamplingVariant::of(scene),
         }
     }
 
@@ -58,13 +63,15 @@ impl Variant {
             Mode::Mean => 4.0,
         };
         let flag = |on: bool| f64::from(u8::from(on));
-        vec![
+        let mut constants = vec![
             ("MODE", mode),
             ("SHADED", flag(self.shaded)),
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
-        ]
+        ];
+        constants.extend(self.sampling.constants());
+        constants
     }
 }
 
@@ -77,6 +84,7 @@ pub(crate) struct Pipelines {
     made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
     samplers: [wgpu::Sampler; 2],
     nothing: Nothing,
+    sampling: SamplingBindings,
 }
 
 /// What is bound where there is nothing to bind.
@@ -103,7 +111,9 @@ impl Pipelines {
                     ..wgpu::SamplerDescriptor::default()
                 })
             });
-            Self { shader, layouts, made: Mutex::default(), samplers, nothing: Nothing::new(device) }
+            let sampling = SamplingBindings::new(gpu);
+            let nothing = Nothing::new(device);
+            Self { shader, layouts, made: Mutex::default(), samplers, nothing, sampling }
         })
     }
 
@@ -122,7 +132,7 @@ impl Pipelines {
         let [scene, frame] = &self.layouts[usize::from(variant.filterable)];
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("raycast"),
-            bind_group_layouts: &[Some(scene), Some(frame)],
+            bind_group_layouts: &[Some(scene), Some(frame), Some(self.sampling.layout())],
             immediate_size: 0,
         });
         let constants = variant.constants();
@@ -150,8 +160,8 @@ impl Pipelines {
         })
     }
 
-    /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
-    pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
+    /// Binds a frame's inputs: what belongs to the scene, to the image, and to the way of sampling.
+    pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 3] {
         let device = gpu.device();
         let filterable = inputs.volume.texels().format != wgpu::TextureFormat::R32Float;
         let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -186,7 +196,11 @@ impl Pipelines {
                 nothing.words.as_entire_binding(),
             ],
         );
-        [scene, image]
+        let sampling = SamplingInputs {
+            preintegration: inputs.classification.preintegration(),
+            directions: inputs.directions,
+        };
+        [scene, image, self.sampling.bind(gpu, sampling)]
     }
 }
 

@@ -70,7 +70,9 @@ struct Frame {
     bins_last: u32,
     // Nodes along a side of the pre-integration table.
     nodes: u32,
-    reserved: vec2u,
+    // Differences of opacity and colour from which on a step is cut into finer ones.
+    adaptive_threshold: f32,
+    reserved: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
