@@ -12,6 +12,9 @@ const SHADERS: &[&str] = &[
     "proxy::range",
     "geometry::surface",
     "geometry::behind",
+    "raycast::finish::fill",
+    "raycast::finish::blur",
+    "raycast::sampling::directions",
 ];
 
 fn main() {

@@ -11,6 +11,7 @@ use crate::camera::{Camera, CameraError};
 use crate::clip::{
     Clip, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount, SegmentLimit,
 };
+use crate::image::blur::LARGEST_SIGMA;
 use crate::lighting::Lighting;
 use crate::space::WorldFrame;
 use crate::transfer_function::{ControlPoint, TransferFunction};
@@ -224,6 +225,11 @@ pub struct RenderSettings {
     pub segments: SegmentCount,
     /// Whether the last of a limited number of segments goes on to the backmost surface.
     pub backmost: bool,
+    /// Whether steps begin a fixed, pixel by pixel different share of a step later, which turns rings into noise (Termeer
+    /// 4.2.5). GPU engines only.
+    pub jitter: bool,
+    /// Sigma in pixels of a Gaussian that the finished image is blurred by, 0 (not at all) to 64.
+    pub blur: f64,
 }
 
 impl Default for RenderSettings {
@@ -246,6 +252,8 @@ impl Default for RenderSettings {
             layout: Layout::default(),
             segments: SegmentCount::default(),
             backmost: false,
+            jitter: false,
+            blur: 0.0,
         }
     }
 }
@@ -474,6 +482,9 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
             "one of the two: a pre-integrated step needs no finer one",
         ));
     }
+    if !(0.0..=LARGEST_SIGMA).contains(&s.blur) {
+        return Err(setting("blur", s.blur, "0 to 64 pixels"));
+    }
     if let ImageInterpolation::Factor(factor) = s.image_interpolation
         && !ImageInterpolation::FACTORS.contains(&factor)
     {
@@ -648,6 +659,9 @@ mod tests {
             RenderSettings { mode: Mode::Iso, ..Default::default() },
             RenderSettings { image_interpolation: ImageInterpolation::Factor(1), ..Default::default() },
             RenderSettings { image_interpolation: ImageInterpolation::Factor(17), ..Default::default() },
+            RenderSettings { blur: -0.5, ..Default::default() },
+            RenderSettings { blur: f64::NAN, ..Default::default() },
+            RenderSettings { blur: 65.0, ..Default::default() },
         ];
         for s in wrong {
             assert!(validate_settings(&s).is_err(), "{s:?}");

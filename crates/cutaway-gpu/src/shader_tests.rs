@@ -13,6 +13,9 @@ const SHADERS: &[(&str, &str)] = &[
     ("proxy range", crate::proxy::RANGE_SHADER),
     ("opaque surface", crate::geometry::SURFACE_SHADER),
     ("behind", crate::geometry::BEHIND_SHADER),
+    ("fill", crate::raycast::FILL_SHADER),
+    ("blur", crate::raycast::BLUR_SHADER),
+    ("directions", crate::raycast::DIRECTIONS_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -106,7 +109,7 @@ fn frame_uniforms_match_the_shader() {
             bins_last,
             nodes,
             value_sign,
-            reserved,
+            adaptive_threshold,
         }
     );
 }
@@ -157,4 +160,12 @@ fn proxy_uniforms_match_the_shaders() {
         "Paint",
         crate::geometry::PaintUniforms { color, lit, depth_unit, reserved_x, reserved_y, reserved_z }
     );
+}
+
+#[test]
+fn what_passes_are_told_matches_their_shaders() {
+    use crate::raycast::{Blur, Fill, Slab};
+    assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
+    assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
+    assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
 }

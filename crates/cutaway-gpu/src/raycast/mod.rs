@@ -3,12 +3,14 @@
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image with depth, and what it took. A frame goes to
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
+mod finish;
 mod pipelines;
 mod readback;
+mod sampling;
 mod targets;
 mod uniforms;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
@@ -25,7 +27,15 @@ use crate::proxy::{
     draw_wireframe,
 };
 use crate::volume::GpuVolume;
+#[cfg(test)]
+pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
+use finish::{Finisher, Lattice};
 use pipelines::{Inputs, Pipelines, Variant};
+pub(crate) use sampling::GpuPreintegration;
+pub use sampling::notices;
+#[cfg(test)]
+pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
+use sampling::{GpuDirections, SamplingVariant, cost_of_step};
 pub(crate) use targets::tiles;
 use targets::{FORMATS, Targets};
 pub(crate) use uniforms::{BlockLevels, FrameUniforms};
@@ -52,6 +62,7 @@ pub struct RaycastRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
     targets: Mutex<Option<Targets>>,
+    finisher: Finisher,
     proxy: ProxyPipelines,
     proxy_options: ProxyOptions,
     ranges: Mutex<Option<RangeTargets>>,
@@ -72,9 +83,23 @@ pub struct Extras<'a> {
 pub struct PreparedVolume {
     voxels: GpuVolume,
     ranges: ValueRanges,
+    /// Made when a scene first asks for them.
+    directions: OnceLock<GpuDirections>,
 }
 
 impl PreparedVolume {
+    /// Directions of its gradient, where a scene wants them.
+    fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
+        if !SamplingVariant::of(scene).wants_directions() {
+            return Ok(None);
+        }
+        if let Some(made) = self.directions.get() {
+            return Ok(Some(made));
+        }
+        let made = GpuDirections::new(gpu, scene.volume(), &self.voxels)?;
+        Ok(Some(self.directions.get_or_init(|| made)))
+    }
+
     /// The voxels on the device.
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
@@ -94,7 +119,8 @@ impl RaycastRenderer {
         let geometry = GeometryPipelines::new(gpu)?;
         let proxy_options = ProxyOptions::default();
         let (targets, ranges) = (Mutex::new(None), Mutex::new(None));
-        Ok(Self { gpu: gpu.clone(), pipelines, targets, proxy, proxy_options, ranges, geometry })
+        let finisher = Finisher::new(gpu)?;
+        Ok(Self { gpu: gpu.clone(), pipelines, targets, finisher, proxy, proxy_options, ranges, geometry })
     }
 
     /// The same with other proxy geometry.
@@ -113,7 +139,7 @@ impl RaycastRenderer {
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
         let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
-        Ok(PreparedVolume { voxels, ranges })
+        Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
     }
 
     /// Classifies a prepared volume for a scene.
@@ -143,7 +169,7 @@ impl RaycastRenderer {
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
-        let resolution = scene.settings().resolution;
+        let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let targets = match kept.take() {
             Some(targets) if targets.size() == resolution => targets,
@@ -158,13 +184,17 @@ impl RaycastRenderer {
         let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
         let ranges = self.ranges(&found)?;
         let range = ranges.as_ref().map(RangeTargets::range);
-        let inputs = Inputs { volume: &volume.voxels, classification, range };
+        let directions = volume.directions(&self.gpu, scene)?;
+        let inputs = Inputs { volume: &volume.voxels, classification, range, directions };
         self.draw(&inputs, scene, &frame, &targets, progress)?;
         self.draw_extras(&found, extras, &targets)?;
-        let read = readback::read(&self.gpu, &targets)?;
+        let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
+        let read = readback::read(&self.gpu, &finished.textures)?;
         let bytes = volume.voxels.bytes()
             + classification.bytes()
             + targets.bytes()
+            + finished.bytes
+            + directions.map_or(0, GpuDirections::bytes)
             + proxy.map_or(0, |proxy| proxy.bytes())
             + ranges.as_ref().map_or(0, RangeTargets::bytes);
         *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
@@ -246,7 +276,8 @@ impl RaycastRenderer {
         let groups = self
             .gpu
             .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
-        let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
+        let tiles =
+            tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {
                 let mut encoder =
@@ -256,6 +287,7 @@ impl RaycastRenderer {
                     pass.set_pipeline(&pipeline);
                     pass.set_bind_group(0, &groups[0], &[]);
                     pass.set_bind_group(1, &groups[1], &[]);
+                    pass.set_bind_group(2, &groups[2], &[]);
                     pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
                     pass.draw(0..3, 0..1);
                 }

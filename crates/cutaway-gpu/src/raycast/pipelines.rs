@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 
+use super::sampling::{GpuDirections, SamplingBindings, SamplingInputs, SamplingVariant};
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
@@ -19,6 +20,8 @@ pub(crate) struct Inputs<'a> {
     pub(crate) classification: &'a GpuClassification,
     /// Where each ray begins and ends, if not at the volume's box.
     pub(crate) range: Option<&'a wgpu::TextureView>,
+    /// Directions of the gradient, where the scene asks for them.
+    pub(crate) directions: Option<&'a GpuDirections>,
 }
 
 /// What is decided when a shader is compiled.
@@ -34,6 +37,7 @@ pub(crate) struct Variant {
     /// Cells along an edge of a brick, for a volume in bricks.
     brick_edge: Option<u32>,
     proxy: bool,
+    sampling: SamplingVariant,
 }
 
 impl Variant {
@@ -54,6 +58,7 @@ impl Variant {
             brick_edge: volume.brick_edge(),
             skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
             proxy: inputs.range.is_some(),
+            sampling: SamplingVariant::of(scene),
         }
     }
 
@@ -66,7 +71,7 @@ impl Variant {
             Mode::Mean => 4.0,
         };
         let flag = |on: bool| f64::from(u8::from(on));
-        vec![
+        let mut constants = vec![
             ("MODE", mode),
             ("SHADED", flag(self.shaded)),
             ("DIFFUSE_CURVE", f64::from(self.curve)),
@@ -75,7 +80,9 @@ impl Variant {
             ("BRICKED", flag(self.brick_edge.is_some())),
             ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
             ("PROXY", flag(self.proxy)),
-        ]
+        ];
+        constants.extend(self.sampling.constants());
+        constants
     }
 }
 
@@ -88,6 +95,7 @@ pub(crate) struct Pipelines {
     made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
     samplers: [wgpu::Sampler; 2],
     nothing: Nothing,
+    sampling: SamplingBindings,
 }
 
 /// What is bound where there is nothing to bind.
@@ -114,7 +122,9 @@ impl Pipelines {
                     ..wgpu::SamplerDescriptor::default()
                 })
             });
-            Self { shader, layouts, made: Mutex::default(), samplers, nothing: Nothing::new(device) }
+            let sampling = SamplingBindings::new(gpu);
+            let nothing = Nothing::new(device);
+            Self { shader, layouts, made: Mutex::default(), samplers, nothing, sampling }
         })
     }
 
@@ -133,7 +143,7 @@ impl Pipelines {
         let [scene, frame] = &self.layouts[usize::from(variant.filterable)];
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("raycast"),
-            bind_group_layouts: &[Some(scene), Some(frame)],
+            bind_group_layouts: &[Some(scene), Some(frame), Some(self.sampling.layout())],
             immediate_size: 0,
         });
         let constants = variant.constants();
@@ -161,14 +171,14 @@ impl Pipelines {
         })
     }
 
-    /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
+    /// Binds a frame's inputs: what belongs to the scene, to the image, and to the way of sampling.
     pub(crate) fn bind(
         &self,
         gpu: &Gpu,
         inputs: &Inputs,
         resident: &Resident,
         uniforms: &FrameUniforms,
-    ) -> [wgpu::BindGroup; 2] {
+    ) -> [wgpu::BindGroup; 3] {
         let device = gpu.device();
         let filterable = inputs.volume.texels().filterable(gpu.capabilities());
         let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
@@ -200,7 +210,11 @@ impl Pipelines {
                 nothing.words.as_entire_binding(),
             ],
         );
-        [scene, image]
+        let sampling = SamplingInputs {
+            preintegration: inputs.classification.preintegration(),
+            directions: inputs.directions,
+        };
+        [scene, image, self.sampling.bind(gpu, sampling)]
     }
 }
 
