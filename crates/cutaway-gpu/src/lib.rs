@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 mod classification;
+pub mod clip_layers;
 pub mod context;
 mod error;
 pub mod raycast;

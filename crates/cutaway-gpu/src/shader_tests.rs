@@ -5,7 +5,11 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use crate::raycast::FrameUniforms;
 
 /// All linked shaders by name.
-const SHADERS: &[(&str, &str)] = &[("raycast", crate::raycast::SHADER)];
+const SHADERS: &[(&str, &str)] = &[
+    ("raycast", crate::raycast::SHADER),
+    ("lists", crate::clip_layers::LISTS_SHADER),
+    ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
+];
 
 fn module(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
