@@ -17,13 +17,14 @@
 #![forbid(unsafe_code)]
 
 mod classification;
-pub mod clip_layers;
+mod clip_layers;
 pub mod context;
 mod error;
 pub mod raycast;
 mod volume;
 
 pub use classification::GpuClassification;
+pub use clip_layers::ClipStatistics;
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
 pub use raycast::{RaycastRenderer, Statistics};

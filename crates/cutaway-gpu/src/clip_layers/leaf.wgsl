@@ -14,22 +14,23 @@ struct Leaf {
     // How many times the eye is inside a mesh; 0 where rays are parallel, and of other kinds.
     eye_winding: i32,
     linear_z: vec3f,
+    // 1: the gate is told of its outside.
+    inverted: u32,
+    // At pixel (0, 0). Of a mesh and a ball: the ray's point, from the object's middle and in units of its size (of a ball:
+    // its radius), which are those of all their numbers. Of a plane: x is the way from the point to the plane. Of a box: the
+    // ways from the point to the faces of small coordinates.
+    first: vec3f,
     // 1: the pose mirrors.
     mirrored: u32,
-    // At pixel (0, 0). Of a mesh and a ball: the ray's point, from the object's middle. Of a plane: x is the way from the
-    // point to the plane. Of a box: the ways from the point to the faces of small coordinates.
-    first: vec3f,
-    radius: f32,
     // What a pixel to the right, and one below, adds to `first` and `second`.
     per_x: vec3f,
     // Where its inside goes: a gate, or ROOT.
     output: u32,
     per_y: vec3f,
-    // 1: the gate is told of its outside.
-    inverted: u32,
+    reserved_y: u32,
     // Of a box: the ways to the faces of large coordinates.
     second: vec3f,
-    reserved: u32,
+    reserved_second: u32,
     // Of a mesh: rows of clip_from_object; z is clip_w - (0, 0, 0, near).
     clip_x: vec4f,
     clip_y: vec4f,

@@ -49,17 +49,18 @@ fn collect_box(leaf: u32, low_gap: vec3f, high_gap: vec3f, direction: vec3f) {
     offer_surface(leaf, far, false, side * only_first_left);
 }
 
+// Numbers of a ball are in units of its radius. The chord from the line's nearest point keeps its length, where b² - 4ac
+// would cancel (Haines et al., Ray Tracing Gems, chapter 7).
 fn collect_ball(leaf: u32, from_center: vec3f, direction: vec3f) {
-    let radius = leaves[leaf].radius;
     let scale = length(direction);
     let unit = direction / scale;
     let along = -dot(from_center, unit);
     let nearest = from_center + unit * along;
     let distance = length(nearest);
-    if distance >= radius {
+    if distance >= 1.0 {
         return;
     }
-    let half = sqrt((radius - distance) * (radius + distance));
+    let half = sqrt((1.0 - distance) * (1.0 + distance));
     offer_surface(leaf, (along - half) / scale, true, nearest - unit * half);
     offer_surface(leaf, (along + half) / scale, false, nearest + unit * half);
 }

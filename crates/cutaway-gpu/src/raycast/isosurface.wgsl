@@ -105,11 +105,13 @@ fn cross_levels(
     }
 }
 
-// Of the levels that a ray begins above, the innermost: the cut closes it.
+// Of the levels that a ray begins above, the innermost: the cut closes it. Levels stand by texel; where values fall as
+// texels rise, above is below, and the innermost stands first.
 fn close_by_cut(pixel: ptr<function, Pixel>, face: Face, value: f32) {
-    for (var k = frame.iso_count; k > 0u; k -= 1u) {
-        let level = isosurface(k - 1u);
-        if value >= level.w {
+    let falls = frame.cap == 2u;
+    for (var k = 0u; k < frame.iso_count; k += 1u) {
+        let level = isosurface(select(frame.iso_count - 1u - k, k, falls));
+        if (!falls && value >= level.w) || (falls && value <= level.w) {
             add_surface(pixel, lit(level.xyz, face.terms), frame.iso_opacity, face.t);
             return;
         }
@@ -123,7 +125,7 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
     // The field at t, once it is known.
     var value = 0.0;
     var known = false;
-    if face.present && frame.cap == 1u {
+    if face.present && frame.cap != 0u {
         let p = clamp(position(ray, t_near), vec3f(0.0), frame.extent);
         let cell = cell_of(p);
         value = trilinear(corners_of(cell), p - vec3f(cell));

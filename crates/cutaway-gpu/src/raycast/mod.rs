@@ -16,12 +16,13 @@ use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
+use crate::clip_layers::{ClipLayers, ClipStatistics};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::volume::GpuVolume;
 use pipelines::{Inputs, Pipelines, Variant};
 use targets::{Targets, tiles};
-pub(crate) use uniforms::{BlockLevels, FrameUniforms};
+pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane};
 
 /// The linked shader.
 pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
@@ -35,8 +36,10 @@ pub struct Statistics {
     pub samples: u64,
     /// Stretches of occupied blocks.
     pub segments: u64,
-    /// Bytes on the device: volume, tables, targets.
+    /// Bytes on the device: volume, tables, targets, clip.
     pub gpu_bytes: u64,
+    /// What clipping took; nothing where there is none.
+    pub clip: ClipStatistics,
 }
 
 /// Pipelines on a device.
@@ -45,6 +48,7 @@ pub struct RaycastRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
     targets: Mutex<Option<Targets>>,
+    clip: Mutex<ClipLayers>,
 }
 
 /// A volume made ready: on the device, and what is in its blocks.
@@ -65,7 +69,7 @@ impl RaycastRenderer {
     /// Makes what all frames share.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let pipelines = Pipelines::new(gpu)?;
-        Ok(Self { gpu: gpu.clone(), pipelines, targets: Mutex::new(None) })
+        Ok(Self { gpu: gpu.clone(), pipelines, targets: Mutex::new(None), clip: Mutex::default() })
     }
 
     /// The device.
@@ -100,12 +104,19 @@ impl RaycastRenderer {
             Some(targets) if targets.size() == resolution => targets,
             _ => Targets::new(&self.gpu, resolution)?,
         };
-        let inputs = Inputs { volume: &volume.voxels, classification };
-        self.draw(&inputs, scene, &targets, progress)?;
+        let uniforms = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
+        let mut clip_layers = self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let clip = match scene.clip() {
+            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &uniforms)?,
+            None => ClipStatistics::default(),
+        };
+        let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
+        let inputs = Inputs { volume: &volume.voxels, classification, segments };
+        self.draw(&inputs, scene, &uniforms, &targets, progress)?;
         let read = readback::read(&self.gpu, &targets)?;
-        let bytes = volume.voxels.bytes() + classification.bytes() + targets.bytes();
+        let bytes = volume.voxels.bytes() + classification.bytes() + targets.bytes() + clip_layers.bytes();
         *kept = Some(targets);
-        let statistics = Statistics { gpu_bytes: bytes, ..read.statistics };
+        let statistics = Statistics { gpu_bytes: bytes, clip, ..read.statistics };
         Ok((read.image, statistics))
     }
 
@@ -114,13 +125,13 @@ impl RaycastRenderer {
         &self,
         inputs: &Inputs,
         scene: &Scene,
+        uniforms: &FrameUniforms,
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
         let pipeline = self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume))?;
-        let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());
         let groups =
-            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &uniforms))?;
+            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, uniforms))?;
         let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {

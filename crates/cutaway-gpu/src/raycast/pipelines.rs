@@ -18,6 +18,8 @@ use crate::volume::GpuVolume;
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    /// The ranges and the list of the segments that clipping leaves.
+    pub(crate) segments: Option<[&'a wgpu::Buffer; 2]>,
 }
 
 /// What is decided when a shader is compiled.
@@ -30,6 +32,7 @@ pub(crate) struct Variant {
     /// Whether the voxels can be filtered at all.
     filterable: bool,
     skip_blocks: bool,
+    clipped: bool,
 }
 
 impl Variant {
@@ -46,6 +49,7 @@ impl Variant {
             filtering: volume.texels().filtering,
             filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
             skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+            clipped: scene.clip().is_some(),
         }
     }
 
@@ -64,6 +68,7 @@ impl Variant {
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
+            ("CLIPPED", flag(self.clipped)),
         ]
     }
 }
@@ -178,12 +183,13 @@ impl Pipelines {
             ],
         );
         let nothing = &self.nothing;
+        let [ranges, list] = inputs.segments.unwrap_or([&nothing.words; 2]);
         let image = bind(
             1,
             &[
                 wgpu::BindingResource::TextureView(&nothing.range),
-                nothing.words.as_entire_binding(),
-                nothing.words.as_entire_binding(),
+                ranges.as_entire_binding(),
+                list.as_entire_binding(),
             ],
         );
         [scene, image]

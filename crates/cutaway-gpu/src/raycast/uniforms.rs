@@ -1,7 +1,7 @@
 //! What a frame tells its shader: the host's side of `shared/frame.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use cutaway_core::camera::PixelPlane;
+use cutaway_core::camera::{PixelPlane, RayGenerator};
 use cutaway_core::clip::Impregnation;
 use cutaway_core::field::vanishing_gradient;
 use cutaway_core::glam::{DVec3, UVec3};
@@ -82,14 +82,8 @@ impl FrameUniforms {
     }
 
     fn set_rays(&mut self, scene: &Scene) {
-        let volume = scene.volume();
-        let [width, height] = self.resolution;
-        let rays = scene.camera().rays(width, height);
-        let radius = 0.5 * volume.corners_in_world()[0].distance(volume.corners_in_world()[7]);
-        // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
-        let depth = rays.depth_of(volume.center_in_world()).max(radius);
-        let plane = rays.plane(depth);
-        let voxel_from_world = volume.voxel_from_world();
+        let RayPlane { rays, depth, points: plane, .. } = RayPlane::new(scene, self.resolution);
+        let voxel_from_world = scene.volume().voxel_from_world();
         let points = PixelPlane {
             first: voxel_from_world.transform_point3(plane.first),
             per_x: voxel_from_world.transform_vector3(plane.per_x),
@@ -108,7 +102,7 @@ impl FrameUniforms {
         let m = voxel_from_world.matrix3;
         [self.voxel_from_world_x, self.voxel_from_world_y, self.voxel_from_world_z] =
             [m.x_axis, m.y_axis, m.z_axis].map(single);
-        self.extent = single(volume.extent());
+        self.extent = single(scene.volume().extent());
     }
 
     fn set_gradient(&mut self, scene: &Scene, volume: &GpuVolume) {
@@ -150,7 +144,9 @@ impl FrameUniforms {
     fn set_clip(&mut self, scene: &Scene) {
         let shading = scene.clip_shading();
         self.overlay = shading.overlay as f32;
-        self.cap = u32::from(shading.cap);
+        // Texels fall as values rise where stored numbers do.
+        let falls = scene.volume().rescale().slope < 0.0;
+        self.cap = u32::from(shading.cap) << u32::from(falls);
         self.impregnation_depth = scene.impregnation_depth().unwrap_or(0.0) as f32;
         self.impregnation = match shading.impregnation {
             _ if scene.impregnation_depth().is_none() => 0,
@@ -168,6 +164,30 @@ impl FrameUniforms {
         self.coarse_blocks = blocks.coarse.to_array();
         self.block_edge = blocks.fine_edge as f32;
         self.coarse_edge = blocks.coarse_edge as f32;
+    }
+}
+
+/// The points of rays from which distances along them are measured: a plane in front of the eye, near the volume's middle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RayPlane {
+    pub(crate) rays: RayGenerator,
+    /// Of the plane before the camera, in world units.
+    pub(crate) depth: f64,
+    /// One a pixel, in the world.
+    pub(crate) points: PixelPlane,
+    /// Half the volume's diagonal, in world units.
+    pub(crate) radius: f64,
+}
+
+impl RayPlane {
+    /// Of an image of so many pixels.
+    pub(crate) fn new(scene: &Scene, [width, height]: [u32; 2]) -> Self {
+        let corners = scene.volume().corners_in_world();
+        let radius = 0.5 * corners[0].distance(corners[7]);
+        let rays = scene.camera().rays(width, height);
+        // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
+        let depth = rays.depth_of(scene.volume().center_in_world()).max(radius);
+        Self { rays, depth, points: rays.plane(depth), radius }
     }
 }
 

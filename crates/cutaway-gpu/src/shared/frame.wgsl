@@ -60,7 +60,7 @@ struct Frame {
     impregnation: u32,
     // Opacity of clip surfaces.
     overlay: f32,
-    // 1: isosurfaces that are cut open are closed by the cut.
+    // 1: isosurfaces that are cut open are closed by the cut; 2: so are they, where values fall as texels rise.
     cap: u32,
     // Pixels of the image that is drawn.
     resolution: vec2u,
