@@ -4,7 +4,17 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast", "clip_layers::lists", "clip_layers::sweep_lists"];
+const SHADERS: &[&str] = &[
+    "raycast::raycast",
+    "context::filter",
+    "proxy::cells",
+    "proxy::view",
+    "proxy::range",
+    "geometry::surface",
+    "geometry::behind",
+    "clip_layers::lists",
+    "clip_layers::sweep_lists",
+];
 
 fn main() {
     let mut linker = Wesl::new("src");

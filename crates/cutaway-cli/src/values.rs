@@ -105,12 +105,13 @@ fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String
 }
 
 pub(crate) fn engine(text: &str) -> Result<Engine, String> {
-    if matches!(text, "raycast" | "slices" | "cells") {
+    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Reference].map(|e| (e.name(), e));
+    if matches!(text, "slices" | "cells") {
         return Err(format!(
-            "the engine `{text}` does not exist in this version; choose from auto, cpu, reference"
+            "the engine `{text}` does not exist in this version; choose from auto, cpu, raycast, reference"
         ));
     }
-    named(text, "engine", &[("auto", Engine::Auto), ("cpu", Engine::Cpu), ("reference", Engine::Reference)])
+    named(text, "engine", &all)
 }
 
 pub(crate) fn mode(text: &str) -> Result<Mode, String> {
@@ -141,12 +142,7 @@ pub(crate) fn segment_count(text: &str) -> Result<SegmentCount, String> {
 }
 
 pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
-    if matches!(text, "cells" | "fitted" | "boundary" | "contour" | "fitted-contour") {
-        return Err(format!(
-            "`{text}` belongs to an engine that does not exist in this version; choose from off, auto"
-        ));
-    }
-    named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
+    named(text, "way of skipping", &SpaceSkipping::ALL.map(|how| (how.name(), how)))
 }
 
 /// The finders of lines and pixels; `peel` and `lists` are a GPU engine's.

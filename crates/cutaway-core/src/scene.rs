@@ -58,6 +58,8 @@ pub enum Engine {
     Auto,
     /// The CPU ray caster.
     Cpu,
+    /// The GPU ray caster.
+    Raycast,
     /// The slow, exact renderer that the others are held against.
     Reference,
 }
@@ -68,20 +70,61 @@ impl Engine {
         match self {
             Self::Auto => "auto",
             Self::Cpu => "cpu",
+            Self::Raycast => "raycast",
             Self::Reference => "reference",
         }
     }
 }
 
-/// How empty space is skipped.
+/// How empty space is skipped. All ways give the same image.
+///
+/// The GPU ray caster begins and ends its rays at the surface of a *proxy geometry* of cells that can be visible (Termeer,
+/// figure 4.8), and crosses what is empty in between block by block. The other engines have no use for a proxy: to them
+/// every way but [`Self::Off`] is [`Self::Auto`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpaceSkipping {
     /// Every sample inside the volume is taken.
     Off,
-    /// Blocks that cannot be visible are crossed without a sample.
+    /// Proxy: all cells that can be visible, as boxes.
+    Cells,
+    /// Proxy: the same, each shrunk to what can be visible in it.
+    Fitted,
+    /// Proxy: those that touch a cell that cannot be visible, or the volume's border.
+    Boundary,
+    /// Proxy: only the faces between cells that can be visible and cells that cannot.
+    Contour,
+    /// Proxy: shrunk cells, without the faces that two of them share.
+    FittedContour,
+    /// Blocks that cannot be visible are crossed without a sample, in the way that is fastest.
     #[default]
     Auto,
+}
+
+impl SpaceSkipping {
+    /// Every way.
+    pub const ALL: [Self; 7] = [
+        Self::Off,
+        Self::Cells,
+        Self::Fitted,
+        Self::Boundary,
+        Self::Contour,
+        Self::FittedContour,
+        Self::Auto,
+    ];
+
+    /// The name at the command line and in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Cells => "cells",
+            Self::Fitted => "fitted",
+            Self::Boundary => "boundary",
+            Self::Contour => "contour",
+            Self::FittedContour => "fitted-contour",
+            Self::Auto => "auto",
+        }
+    }
 }
 
 /// Where along a ray samples lie.

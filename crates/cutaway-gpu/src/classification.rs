@@ -3,16 +3,19 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
 use cutaway_core::value_ranges::{BLOCK, ValueRanges};
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::notice::Notice;
+use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
 use crate::raycast::BlockLevels;
-use crate::volume::GpuVolume;
+use crate::volume::{GpuVolume, Texels, Wanted};
 
 /// From texels to entries of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +23,16 @@ pub(crate) struct IndexMap {
     pub(crate) offset: f32,
     pub(crate) scale: f32,
     pub(crate) last: u32,
+}
+
+impl IndexMap {
+    /// In f64 and from the range itself: entries per stored unit alone may be more than f32 holds.
+    fn new(table: &ClassificationTable, stored_range: [f32; 2], texels: &Texels) -> Self {
+        let [lo, hi] = stored_range.map(|stored| texels.texel(f64::from(stored)));
+        let last = table.entries().len() as u32 - 1;
+        let scale = if hi > lo { f64::from(last) / (hi - lo) } else { 0.0 };
+        Self { offset: lo as f32, scale: scale as f32, last }
+    }
 }
 
 /// Tables and blocks of one scene's transfer function, mode and step.
@@ -30,6 +43,9 @@ pub struct GpuClassification {
     occupied: wgpu::Buffer,
     blocks: BlockLevels,
     occupied_fraction: f64,
+    wanted: Option<Arc<Wanted>>,
+    notices: Vec<Notice>,
+    proxy: Mutex<Option<Arc<ProxyGeometry>>>,
 }
 
 impl GpuClassification {
@@ -42,24 +58,15 @@ impl GpuClassification {
         let source = scene.volume();
         let function = scene.transfer_function();
         let table = ClassificationTable::new(function, source.rescale(), source.stored_range());
-        let (lo, bins_per_unit) = table.index_map();
-        let texels = volume.texels();
-        let index_map = IndexMap {
-            offset: texels.texel(f64::from(lo)) as f32,
-            scale: (f64::from(bins_per_unit) * texels.stored_per_texel) as f32,
-            last: table.entries().len() as u32 - 1,
-        };
+        let index_map = IndexMap::new(&table, source.stored_range(), volume.texels());
         let entries = entries(&table, scene, volume);
         let occupancy = occupancy(&table, ranges, scene);
         let (bits, blocks) = packed(&occupancy);
-        let upload = |label, contents: &[u8]| {
-            let usage = wgpu::BufferUsages::STORAGE;
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
-        };
+        let upload = |label, contents: &[u8]| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
+        // Bricks that become visible are uploaded now, not while a frame waits for them.
+        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), false);
+        drop(volume.resident(gpu, source, wanted.as_ref())?);
+        let notices = volume.notices();
         let (table, occupied) = gpu.checked("the transfer function's table", || {
             (
                 upload("table", bytemuck::cast_slice(&entries)),
@@ -67,7 +74,18 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction })
+        let proxy = Mutex::new(None);
+        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices, proxy })
+    }
+
+    /// What of the volume is shown otherwise than it is.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// The bricks that it makes visible, of a volume in bricks.
+    pub(crate) fn wanted(&self) -> Option<&Arc<Wanted>> {
+        self.wanted.as_ref()
     }
 
     /// The share of blocks that can be visible, 0..=1.
@@ -92,13 +110,34 @@ impl GpuClassification {
         &self.table
     }
 
+    /// The proxy geometry of the blocks; made when another one is asked for than the last time.
+    pub(crate) fn proxy(
+        &self,
+        gpu: &Gpu,
+        pipelines: &ProxyPipelines,
+        flavour: Flavour,
+        options: &ProxyOptions,
+    ) -> Result<Arc<ProxyGeometry>, GpuError> {
+        let mut kept = self.proxy.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(proxy) = kept.as_ref().filter(|proxy| proxy.is(flavour, options)) {
+            return Ok(proxy.clone());
+        }
+        let proxy = Arc::new(ProxyGeometry::new(gpu, pipelines, self, flavour, options)?);
+        *kept = Some(proxy.clone());
+        Ok(proxy)
+    }
+
     pub(crate) fn occupied(&self) -> &wgpu::Buffer {
         &self.occupied
     }
 }
 
-/// Straight colour and optical depth of a whole step of each entry (projections: opacity as it is); then colour and texel
-/// of each isosurface, by texel.
+/// How far a texel and the level that it is equal to may lie apart after rounding, relative to them.
+const LEVEL_ROUNDING: f64 = 2.4e-7;
+
+/// Straight colour and optical depth of a whole step of each entry (projections: opacity as it is); then colour and level
+/// of each isosurface, ascending. A level is a texel, negated where greater texels are lesser values; it is lowered by
+/// what rounding may take from a voxel of exactly that value, for such a voxel is inside.
 fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Vec<[f32; 4]> {
     let (unit, step) = (scene.unit_distance(), scene.step_length());
     let projection = matches!(scene.settings().mode, Mode::Mip | Mode::Minip | Mode::Mean);
@@ -111,7 +150,9 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
     let mut surfaces: Vec<[f32; 4]> = (scene.settings().iso.iter())
         .map(|&level| {
             let [r, g, b] = scene.transfer_function().evaluate(level).0.map(|c| c as f32);
-            [r, g, b, volume.texels().texel(rescale.stored(level)) as f32]
+            let level = rescale.slope.signum() * volume.texels().texel(rescale.stored(level));
+            // Texels about zero come of differences of greater numbers.
+            [r, g, b, (level - LEVEL_ROUNDING * level.abs().max(0.01)) as f32]
         })
         .collect();
     surfaces.sort_by(|a, b| a[3].total_cmp(&b[3]));
@@ -120,15 +161,20 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 }
 
 fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
+    Occupancy::new(ranges, |lo, hi| visible(table, scene, lo, hi))
+}
+
+/// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
+/// no block is empty to them.
+fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
     let settings = scene.settings();
     let rescale = scene.volume().rescale();
-    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored(*v)).collect();
-    let met = |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
+    let within = |level: f64| (f64::from(lo)..=f64::from(hi)).contains(&rescale.stored(level));
     match settings.mode {
-        _ if settings.space_skipping == SpaceSkipping::Off => Occupancy::full(ranges),
-        Mode::Composite => Occupancy::new(ranges, |lo, hi| table.visible(lo, hi)),
-        Mode::Iso => Occupancy::new(ranges, met),
-        _ => Occupancy::full(ranges),
+        _ if settings.space_skipping == SpaceSkipping::Off => true,
+        Mode::Composite => table.visible(lo, hi),
+        Mode::Iso => settings.iso.iter().any(|level| within(*level)),
+        _ => true,
     }
 }
 

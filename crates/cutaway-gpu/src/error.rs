@@ -50,6 +50,26 @@ pub enum GpuError {
         /// What was exceeded.
         reason: String,
     },
+    /// More pixels along a side than the adapter's textures have, or more bytes than it can hand back at once.
+    #[error(
+        "an image of {width} x {height} pixels does not fit on this GPU: {reason}; take a smaller one or `--engine cpu`"
+    )]
+    ImageTooLarge {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// What was exceeded.
+        reason: String,
+    },
+    /// Opaque geometry was drawn for an image of another size.
+    #[error("opaque geometry has {found:?} pixels, the image has {expected:?}; draw it for this image")]
+    GeometrySize {
+        /// Width and height of the image.
+        expected: [u32; 2],
+        /// Width and height of the geometry.
+        found: [u32; 2],
+    },
     /// A clip object of a kind that no shader knows.
     #[error(
         "clip object {object} is of a kind that the GPU engine does not know; it knows meshes, planes, boxes and \

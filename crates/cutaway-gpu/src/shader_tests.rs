@@ -7,6 +7,12 @@ use crate::raycast::FrameUniforms;
 /// All linked shaders by name.
 const SHADERS: &[(&str, &str)] = &[
     ("raycast", crate::raycast::SHADER),
+    ("filter", crate::context::filter::SHADER),
+    ("proxy cells", crate::proxy::CELLS_SHADER),
+    ("proxy view", crate::proxy::VIEW_SHADER),
+    ("proxy range", crate::proxy::RANGE_SHADER),
+    ("opaque surface", crate::geometry::SURFACE_SHADER),
+    ("behind", crate::geometry::BEHIND_SHADER),
     ("lists", crate::clip_layers::LISTS_SHADER),
     ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
 ];
@@ -101,8 +107,57 @@ fn frame_uniforms_match_the_shader() {
             bins_scale,
             bins_last,
             nodes,
+            value_sign,
             reserved,
         }
+    );
+}
+
+#[test]
+fn proxy_uniforms_match_the_shaders() {
+    use crate::proxy::{BuildUniforms, LimitsUniforms, ViewUniforms};
+    assert_layout!(
+        module(crate::proxy::CELLS_SHADER),
+        "Build",
+        BuildUniforms {
+            blocks,
+            blocks_per_unit,
+            units,
+            units_per_cell,
+            cells,
+            capacity,
+            fitted,
+            glued,
+            boundary,
+            first_slab,
+        }
+    );
+    assert_layout!(
+        module(crate::proxy::VIEW_SHADER),
+        "View",
+        ViewUniforms {
+            clip_from_voxel,
+            world_from_voxel_x,
+            slack,
+            world_from_voxel_y,
+            distance_unit,
+            world_from_voxel_z,
+            rounding,
+            margin,
+            unit_edge,
+            line_color,
+            mirrored,
+        }
+    );
+    assert_layout!(
+        module(crate::proxy::RANGE_SHADER),
+        "Limits",
+        LimitsUniforms { distance_unit, slack, opaque, nothing_above, cells, cell_edge }
+    );
+    assert_layout!(
+        module(crate::geometry::SURFACE_SHADER),
+        "Paint",
+        crate::geometry::PaintUniforms { color, lit, depth_unit, reserved_x, reserved_y, reserved_z }
     );
 }
 

@@ -4,5 +4,7 @@
 pub mod clips;
 pub mod engines;
 pub mod golden;
+pub mod gpus;
+pub mod real;
 pub mod scenes;
 pub mod tolerances;

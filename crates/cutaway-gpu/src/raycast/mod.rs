@@ -8,7 +8,7 @@ mod readback;
 mod targets;
 mod uniforms;
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
@@ -19,9 +19,16 @@ use crate::classification::GpuClassification;
 use crate::clip_layers::{ClipLayers, ClipStatistics};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
+use crate::notice::Notice;
+use crate::proxy::{
+    Flavour, ProxyCounts, ProxyGeometry, ProxyOptions, ProxyPipelines, RangeInputs, RangeTargets,
+    draw_wireframe,
+};
 use crate::volume::GpuVolume;
 use pipelines::{Inputs, Pipelines, Variant};
-use targets::{Targets, tiles};
+pub(crate) use targets::tiles;
+use targets::{FORMATS, Targets};
 pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane};
 
 /// The linked shader.
@@ -49,6 +56,19 @@ pub struct RaycastRenderer {
     pipelines: Pipelines,
     targets: Mutex<Option<Targets>>,
     clip: Mutex<ClipLayers>,
+    proxy: ProxyPipelines,
+    proxy_options: ProxyOptions,
+    ranges: Mutex<Option<RangeTargets>>,
+    geometry: GeometryPipelines,
+}
+
+/// What is drawn besides the volume.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extras<'a> {
+    /// Opaque geometry, which ends rays; the image lies over it. Of the image's size.
+    pub geometry: Option<&'a OpaqueGeometry>,
+    /// Straight RGB, 0..=1, of the proxy geometry's edges, which are drawn where the image does not hide them.
+    pub wireframe: Option<[f32; 3]>,
 }
 
 /// A volume made ready: on the device, and what is in its blocks.
@@ -63,13 +83,29 @@ impl PreparedVolume {
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
     }
+
+    /// What was substituted so that it fits; of a volume in bricks, for the last scene that was classified.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.voxels.notices()
+    }
 }
 
 impl RaycastRenderer {
     /// Makes what all frames share.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let pipelines = Pipelines::new(gpu)?;
-        Ok(Self { gpu: gpu.clone(), pipelines, targets: Mutex::new(None), clip: Mutex::default() })
+        let proxy = ProxyPipelines::new(gpu, FORMATS[0])?;
+        let geometry = GeometryPipelines::new(gpu)?;
+        let proxy_options = ProxyOptions::default();
+        let (targets, ranges, clip) = (Mutex::new(None), Mutex::new(None), Mutex::default());
+        Ok(Self { gpu: gpu.clone(), pipelines, targets, proxy, proxy_options, ranges, geometry, clip })
+    }
+
+    /// The same with other proxy geometry.
+    #[must_use]
+    pub fn with_proxy_options(mut self, options: ProxyOptions) -> Self {
+        self.proxy_options = options;
+        self
     }
 
     /// The device.
@@ -80,7 +116,8 @@ impl RaycastRenderer {
     /// Makes a volume ready: uploads it.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        Ok(PreparedVolume { voxels, ranges: ValueRanges::new(volume) })
+        let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
+        Ok(PreparedVolume { voxels, ranges })
     }
 
     /// Classifies a prepared volume for a scene.
@@ -97,6 +134,18 @@ impl RaycastRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
+        self.render_with(volume, classification, scene, &Extras::default(), progress)
+    }
+
+    /// As [`Self::render`], with what is drawn besides the volume.
+    pub fn render_with(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, Statistics), GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
         let resolution = scene.settings().resolution;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -104,20 +153,92 @@ impl RaycastRenderer {
             Some(targets) if targets.size() == resolution => targets,
             _ => Targets::new(&self.gpu, resolution)?,
         };
-        let uniforms = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
-        let mut clip_layers = self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let frame = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
+        if let Some(geometry) = extras.geometry.filter(|geometry| geometry.size() != resolution) {
+            return Err(GpuError::GeometrySize { expected: resolution, found: geometry.size() });
+        }
+        let opaque = extras.geometry.map(OpaqueGeometry::distances);
+        let proxy = self.proxy_of(classification, scene)?;
+        let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
+        let ranges = self.ranges(&found)?;
+        let range = ranges.as_ref().map(RangeTargets::range);
+        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let clip = match scene.clip() {
-            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &uniforms)?,
+            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &frame)?,
             None => ClipStatistics::default(),
         };
         let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
-        let inputs = Inputs { volume: &volume.voxels, classification, segments };
-        self.draw(&inputs, scene, &uniforms, &targets, progress)?;
+        let inputs = Inputs { volume: &volume.voxels, classification, range, segments };
+        self.draw(&inputs, scene, &frame, &targets, progress)?;
+        self.draw_extras(&found, extras, &targets)?;
         let read = readback::read(&self.gpu, &targets)?;
-        let bytes = volume.voxels.bytes() + classification.bytes() + targets.bytes() + clip_layers.bytes();
+        let bytes = volume.voxels.bytes()
+            + classification.bytes()
+            + targets.bytes()
+            + clip_layers.bytes()
+            + proxy.map_or(0, |proxy| proxy.bytes())
+            + ranges.as_ref().map_or(0, RangeTargets::bytes);
+        *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
         let statistics = Statistics { gpu_bytes: bytes, clip, ..read.statistics };
         Ok((read.image, statistics))
+    }
+
+    /// Draws meshes as the camera of a scene sees them, for [`Self::render_with`].
+    pub fn draw_geometry(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        parts: &[OpaquePart],
+    ) -> Result<OpaqueGeometry, GpuError> {
+        let frame = FrameUniforms::new(scene, &volume.voxels, classification, scene.settings().resolution);
+        self.geometry.draw(&self.gpu, scene, &frame, parts)
+    }
+
+    /// How many quads the proxy geometry of a scene has, which is read back for this; none: it has no proxy.
+    pub fn proxy_counts(
+        &self,
+        classification: &GpuClassification,
+        scene: &Scene,
+    ) -> Result<Option<ProxyCounts>, GpuError> {
+        self.proxy_of(classification, scene)?.map(|proxy| proxy.counts(&self.gpu)).transpose()
+    }
+
+    fn proxy_of(
+        &self,
+        classification: &GpuClassification,
+        scene: &Scene,
+    ) -> Result<Option<Arc<ProxyGeometry>>, GpuError> {
+        Flavour::of(scene)
+            .map(|flavour| classification.proxy(&self.gpu, &self.proxy, flavour, &self.proxy_options))
+            .transpose()
+    }
+
+    /// Where rays begin and end; none: at the volume's box.
+    fn ranges(&self, inputs: &RangeInputs) -> Result<Option<RangeTargets>, GpuError> {
+        if inputs.proxy.is_none() && inputs.opaque.is_none() {
+            return Ok(None);
+        }
+        let kept = self.ranges.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let ranges = match kept.filter(|ranges| ranges.size() == inputs.frame.resolution) {
+            Some(ranges) => ranges,
+            None => RangeTargets::new(&self.gpu, &self.proxy, inputs.frame.resolution)?,
+        };
+        ranges.fill(&self.gpu, &self.proxy, inputs)?;
+        Ok(Some(ranges))
+    }
+
+    fn draw_extras(&self, inputs: &RangeInputs, extras: &Extras, targets: &Targets) -> Result<(), GpuError> {
+        let (views, textures) = (targets.views(), targets.textures());
+        if let Some(geometry) = extras.geometry {
+            let (textures, views) = ([&textures[0], &textures[1]], [&views[0], &views[1]]);
+            self.geometry.put_over(&self.gpu, geometry, textures, views)?;
+        }
+        if let Some(color) = extras.wireframe {
+            draw_wireframe(&self.gpu, &self.proxy, inputs, color, [&views[0], &views[1]])?;
+        }
+        Ok(())
     }
 
     /// Draws a frame into targets, tile by tile.
@@ -125,13 +246,17 @@ impl RaycastRenderer {
         &self,
         inputs: &Inputs,
         scene: &Scene,
-        uniforms: &FrameUniforms,
+        frame: &FrameUniforms,
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
-        let pipeline = self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume))?;
-        let groups =
-            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, uniforms))?;
+        let variant = Variant::of(scene, inputs, self.gpu.capabilities(), self.proxy_options.image_order);
+        let pipeline = self.pipelines.get(&self.gpu, variant)?;
+        // Until all tiles are submitted no other scene may change which bricks are there.
+        let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
+        let groups = self
+            .gpu
+            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
         let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {

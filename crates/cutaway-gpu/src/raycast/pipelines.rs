@@ -5,19 +5,20 @@ use std::sync::{Mutex, PoisonError};
 
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
-use wgpu::util::DeviceExt;
 
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
-use crate::context::{Filtering, Gpu};
+use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
-use crate::volume::GpuVolume;
+use crate::volume::{GpuVolume, Resident};
 
 /// What a frame is drawn from.
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    /// Where each ray begins and ends, if not at the volume's box.
+    pub(crate) range: Option<&'a wgpu::TextureView>,
     /// The ranges and the list of the segments that clipping leaves.
     pub(crate) segments: Option<[&'a wgpu::Buffer; 2]>,
 }
@@ -29,14 +30,19 @@ pub(crate) struct Variant {
     shaded: bool,
     curve: u32,
     filtering: Filtering,
-    /// Whether the voxels can be filtered at all.
+    /// Whether the adapter filters the voxels.
     filterable: bool,
     skip_blocks: bool,
+    /// Cells along an edge of a brick, for a volume in bricks.
+    brick_edge: Option<u32>,
+    proxy: bool,
     clipped: bool,
 }
 
 impl Variant {
-    pub(crate) fn of(scene: &Scene, volume: &GpuVolume) -> Self {
+    /// `image_order`: whether blocks are skipped along rays.
+    pub(crate) fn of(scene: &Scene, inputs: &Inputs, capabilities: &Capabilities, image_order: bool) -> Self {
+        let volume = inputs.volume;
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
@@ -47,8 +53,10 @@ impl Variant {
             shaded: scene.is_shaded(),
             curve,
             filtering: volume.texels().filtering,
-            filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
-            skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+            filterable: volume.texels().filterable(capabilities),
+            brick_edge: volume.brick_edge(),
+            skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
+            proxy: inputs.range.is_some(),
             clipped: scene.clip().is_some(),
         }
     }
@@ -68,6 +76,9 @@ impl Variant {
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
+            ("BRICKED", flag(self.brick_edge.is_some())),
+            ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
+            ("PROXY", flag(self.proxy)),
             ("CLIPPED", flag(self.clipped)),
         ]
     }
@@ -77,7 +88,7 @@ impl Variant {
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     shader: wgpu::ShaderModule,
-    /// By whether the voxels can be filtered.
+    /// By whether the adapter filters the voxels.
     layouts: [[wgpu::BindGroupLayout; 2]; 2],
     made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
     samplers: [wgpu::Sampler; 2],
@@ -156,14 +167,16 @@ impl Pipelines {
     }
 
     /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
-    pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
+    pub(crate) fn bind(
+        &self,
+        gpu: &Gpu,
+        inputs: &Inputs,
+        resident: &Resident,
+        uniforms: &FrameUniforms,
+    ) -> [wgpu::BindGroup; 2] {
         let device = gpu.device();
-        let filterable = inputs.volume.texels().format != wgpu::TextureFormat::R32Float;
-        let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frame"),
-            contents: bytemuck::bytes_of(uniforms),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let filterable = inputs.volume.texels().filterable(gpu.capabilities());
+        let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
         let bind = |group: usize, resources: &[wgpu::BindingResource]| {
             let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
                 .zip(resources)
@@ -176,10 +189,11 @@ impl Pipelines {
             0,
             &[
                 uniforms.as_entire_binding(),
-                wgpu::BindingResource::TextureView(inputs.volume.view()),
+                wgpu::BindingResource::TextureView(&resident.voxels),
                 wgpu::BindingResource::Sampler(&self.samplers[usize::from(filterable)]),
                 inputs.classification.occupied().as_entire_binding(),
                 inputs.classification.table().as_entire_binding(),
+                wgpu::BindingResource::TextureView(&resident.pages),
             ],
         );
         let nothing = &self.nothing;
@@ -187,7 +201,7 @@ impl Pipelines {
         let image = bind(
             1,
             &[
-                wgpu::BindingResource::TextureView(&nothing.range),
+                wgpu::BindingResource::TextureView(inputs.range.unwrap_or(&nothing.range)),
                 ranges.as_entire_binding(),
                 list.as_entire_binding(),
             ],
@@ -251,6 +265,11 @@ fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGro
             wgpu::BindingType::Sampler(sampler),
             words,
             words,
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D3,
+                multisampled: false,
+            },
         ],
     );
     let image = make("image", &[texture(wgpu::TextureViewDimension::D2, false), words, words]);

@@ -5,6 +5,7 @@ import package::raycast::composite::{SHADED, composite};
 import package::raycast::isosurface::isosurfaces;
 import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface};
 import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
+import package::shared::blocks::visible_range;
 import package::shared::face::{Face, face_of};
 import package::shared::frame::frame;
 import package::shared::lighting::{UNLIT, lit};
@@ -13,10 +14,10 @@ import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
 
 // 0 composite, 1 isosurfaces, 2 maximum, 3 minimum, 4 mean.
 override MODE: u32 = 0u;
-// Rays begin and end at the proxy geometry.
+// Rays have ranges: they look only between the ends of the proxy geometry, and end at opaque geometry.
 override PROXY: bool = false;
 
-// Nearest and farthest distance of the proxy geometry along the pixel's ray, the latter negated.
+// Nearest and farthest distance of the proxy geometry along the pixel's ray, the latter negated; that of opaque geometry.
 @group(1) @binding(0) var proxy_range: texture_2d<f32>;
 
 struct Output {
@@ -39,8 +40,10 @@ fn cast_pixel(@builtin(position) at: vec4f) -> Output {
     let ray = ray_of(vec2f(place));
     var range = box_range(ray);
     if PROXY {
-        let proxy = textureLoad(proxy_range, place, 0).xy;
-        range = vec2f(max(range.x, proxy.x), min(range.y, -proxy.y));
+        let ends = textureLoad(proxy_range, place, 0);
+        // Samples lie where they would without a proxy.
+        visible_range = vec2f(ends.x, -ends.y);
+        range.y = min(range.y, ends.z);
     }
     var pixel = NOTHING;
     if range.x < range.y {
@@ -50,11 +53,12 @@ fn cast_pixel(@builtin(position) at: vec4f) -> Output {
     return Output(vec4f(pixel.color, 1.0 - pixel.transmittance), depth, vec2u(pixel.samples, pixel.runs));
 }
 
+// The greatest value is the least texel where the sign turns.
 fn projection_kind() -> f32 {
     if MODE == 2u {
-        return 1.0;
+        return frame.value_sign;
     }
-    return select(0.0, -1.0, MODE == 3u);
+    return select(0.0, -frame.value_sign, MODE == 3u);
 }
 
 fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
@@ -63,11 +67,14 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
         let count = segment_count(place);
         for (var k = 0u; k < count; k += 1u) {
             let piece = segment(place, k);
+            if piece.t_near >= range.y {
+                break;
+            }
             let t_near = max(piece.t_near, range.x);
             let t_far = min(piece.t_far, range.y);
             let face = face_of(ray, piece, SHADED);
             if face.present && frame.overlay > 0.0 {
-                add_surface(pixel, lit(vec3f(1.0), face.terms), frame.overlay, face.t);
+                draw_over(pixel, lit(vec3f(1.0), face.terms), face.t);
             }
             if t_near < t_far {
                 cast_segment(pixel, &projected, ray, face, t_near, t_far);
@@ -82,6 +89,16 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
     }
     if MODE >= 2u {
         finish_projection(projected, projection_kind(), pixel);
+    }
+}
+
+// A clip surface that is drawn itself.
+fn draw_over(pixel: ptr<function, Pixel>, color: vec3f, t: f32) {
+    let depth = (*pixel).depth;
+    add_surface(pixel, color, frame.overlay, t);
+    if MODE == 0u && (*pixel).transmittance > 0.5 {
+        // Of emission and absorption, depth is where opacity passes one half.
+        (*pixel).depth = depth;
     }
 }
 
