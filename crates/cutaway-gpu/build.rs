@@ -15,6 +15,8 @@ const SHADERS: &[&str] = &[
     "raycast::finish::fill",
     "raycast::finish::blur",
     "raycast::sampling::directions",
+    "clip_layers::lists",
+    "clip_layers::sweep_lists",
 ];
 
 fn main() {

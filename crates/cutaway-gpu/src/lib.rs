@@ -18,6 +18,7 @@
 #![forbid(unsafe_code)]
 
 mod classification;
+mod clip_layers;
 pub mod context;
 mod error;
 pub mod geometry;
@@ -27,6 +28,7 @@ pub mod raycast;
 mod volume;
 
 pub use classification::GpuClassification;
+pub use clip_layers::ClipStatistics;
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
 pub use geometry::{OpaqueGeometry, OpaquePart};

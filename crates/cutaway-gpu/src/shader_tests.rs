@@ -16,6 +16,8 @@ const SHADERS: &[(&str, &str)] = &[
     ("fill", crate::raycast::FILL_SHADER),
     ("blur", crate::raycast::BLUR_SHADER),
     ("directions", crate::raycast::DIRECTIONS_SHADER),
+    ("lists", crate::clip_layers::LISTS_SHADER),
+    ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -168,4 +170,57 @@ fn what_passes_are_told_matches_their_shaders() {
     assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
     assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
     assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
+}
+
+#[test]
+fn clip_objects_match_the_shader() {
+    for source in [crate::clip_layers::LISTS_SHADER, crate::clip_layers::SWEEP_SHADER] {
+        assert_layout!(
+            module(source),
+            "Leaf",
+            crate::clip_layers::Leaf {
+                linear_x,
+                kind,
+                linear_y,
+                eye_winding,
+                linear_z,
+                inverted,
+                first,
+                mirrored,
+                per_x,
+                output,
+                per_y,
+                reserved_y,
+                second,
+                reserved_second,
+                clip_x,
+                clip_y,
+                clip_z,
+                clip_w,
+            }
+        );
+    }
+}
+
+#[test]
+fn sweep_settings_match_the_shader() {
+    let source = crate::clip_layers::SWEEP_SHADER;
+    assert_layout!(
+        module(source),
+        "SweepSettings",
+        crate::clip_layers::SweepUniforms {
+            first_pixel,
+            width,
+            leaf_count,
+            gate_count,
+            keeps_outside,
+            tolerance,
+            segment_limit,
+            backmost,
+            segment_capacity,
+            reserved,
+        }
+    );
+    let words = format!("const OWN_WORDS = {}u", crate::clip_layers::OWN_WORDS);
+    assert!(source.contains(&words), "the shader holds another number of words than `{words}`");
 }

@@ -23,7 +23,7 @@ mod tree;
 
 pub use event::{Crossing, Event, Solid};
 pub use file::{ClipFile, ClipSource, ExternalSolid, LoadSolid};
-pub use flat::{FlatClip, FlatLeaf};
+pub use flat::{FlatClip, FlatGate, FlatLeaf, FlatWire};
 pub use pose::{Pose, PoseError};
 pub use shading::{ClipShading, Impregnation, SegmentCount};
 pub use shapes::{AxisBox, LARGEST_COORDINATE, Plane, ShapeError, Sphere};

@@ -18,6 +18,7 @@ use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
+use crate::clip_layers::{ClipLayers, ClipStatistics};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
@@ -38,7 +39,7 @@ pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
 use sampling::{GpuDirections, SamplingVariant, cost_of_step};
 pub(crate) use targets::tiles;
 use targets::{FORMATS, Targets};
-pub(crate) use uniforms::{BlockLevels, FrameUniforms};
+pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
 pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
@@ -52,8 +53,10 @@ pub struct Statistics {
     pub samples: u64,
     /// Stretches of occupied blocks.
     pub segments: u64,
-    /// Bytes on the device: volume, tables, targets.
+    /// Bytes on the device: volume, tables, targets, clip.
     pub gpu_bytes: u64,
+    /// What clipping took; nothing where there is none.
+    pub clip: ClipStatistics,
 }
 
 /// Pipelines on a device.
@@ -63,6 +66,7 @@ pub struct RaycastRenderer {
     pipelines: Pipelines,
     targets: Mutex<Option<Targets>>,
     finisher: Finisher,
+    clip: Mutex<ClipLayers>,
     proxy: ProxyPipelines,
     proxy_options: ProxyOptions,
     ranges: Mutex<Option<RangeTargets>>,
@@ -118,9 +122,19 @@ impl RaycastRenderer {
         let proxy = ProxyPipelines::new(gpu, FORMATS[0])?;
         let geometry = GeometryPipelines::new(gpu)?;
         let proxy_options = ProxyOptions::default();
-        let (targets, ranges) = (Mutex::new(None), Mutex::new(None));
+        let (targets, ranges, clip) = (Mutex::new(None), Mutex::new(None), Mutex::default());
         let finisher = Finisher::new(gpu)?;
-        Ok(Self { gpu: gpu.clone(), pipelines, targets, finisher, proxy, proxy_options, ranges, geometry })
+        Ok(Self {
+            gpu: gpu.clone(),
+            pipelines,
+            targets,
+            finisher,
+            clip,
+            proxy,
+            proxy_options,
+            ranges,
+            geometry,
+        })
     }
 
     /// The same with other proxy geometry.
@@ -184,8 +198,14 @@ impl RaycastRenderer {
         let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
         let ranges = self.ranges(&found)?;
         let range = ranges.as_ref().map(RangeTargets::range);
+        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let clip = match scene.clip() {
+            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &frame)?,
+            None => ClipStatistics::default(),
+        };
+        let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
         let directions = volume.directions(&self.gpu, scene)?;
-        let inputs = Inputs { volume: &volume.voxels, classification, range, directions };
+        let inputs = Inputs { volume: &volume.voxels, classification, range, directions, segments };
         self.draw(&inputs, scene, &frame, &targets, progress)?;
         self.draw_extras(&found, extras, &targets)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
@@ -195,11 +215,12 @@ impl RaycastRenderer {
             + targets.bytes()
             + finished.bytes
             + directions.map_or(0, GpuDirections::bytes)
+            + clip_layers.bytes()
             + proxy.map_or(0, |proxy| proxy.bytes())
             + ranges.as_ref().map_or(0, RangeTargets::bytes);
         *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
-        let statistics = Statistics { gpu_bytes: bytes, ..read.statistics };
+        let statistics = Statistics { gpu_bytes: bytes, clip, ..read.statistics };
         Ok((read.image, statistics))
     }
 

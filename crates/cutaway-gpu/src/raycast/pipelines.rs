@@ -22,6 +22,8 @@ pub(crate) struct Inputs<'a> {
     pub(crate) range: Option<&'a wgpu::TextureView>,
     /// Directions of the gradient, where the scene asks for them.
     pub(crate) directions: Option<&'a GpuDirections>,
+    /// The ranges and the list of the segments that clipping leaves.
+    pub(crate) segments: Option<[&'a wgpu::Buffer; 2]>,
 }
 
 /// What is decided when a shader is compiled.
@@ -38,6 +40,7 @@ pub(crate) struct Variant {
     brick_edge: Option<u32>,
     proxy: bool,
     sampling: SamplingVariant,
+    clipped: bool,
 }
 
 impl Variant {
@@ -59,6 +62,7 @@ impl Variant {
             skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
             proxy: inputs.range.is_some(),
             sampling: SamplingVariant::of(scene),
+            clipped: scene.clip().is_some(),
         }
     }
 
@@ -80,6 +84,7 @@ impl Variant {
             ("BRICKED", flag(self.brick_edge.is_some())),
             ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
             ("PROXY", flag(self.proxy)),
+            ("CLIPPED", flag(self.clipped)),
         ];
         constants.extend(self.sampling.constants());
         constants
@@ -202,12 +207,13 @@ impl Pipelines {
             ],
         );
         let nothing = &self.nothing;
+        let [ranges, list] = inputs.segments.unwrap_or([&nothing.words; 2]);
         let image = bind(
             1,
             &[
                 wgpu::BindingResource::TextureView(inputs.range.unwrap_or(&nothing.range)),
-                nothing.words.as_entire_binding(),
-                nothing.words.as_entire_binding(),
+                ranges.as_entire_binding(),
+                list.as_entire_binding(),
             ],
         );
         let sampling = SamplingInputs {
