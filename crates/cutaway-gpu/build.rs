@@ -17,6 +17,9 @@ const SHADERS: &[&str] = &[
     "raycast::sampling::directions",
     "clip_layers::lists",
     "clip_layers::sweep_lists",
+    "clip_layers::peel",
+    "clip_layers::peel_count",
+    "clip_layers::sweep_peel",
 ];
 
 fn main() {

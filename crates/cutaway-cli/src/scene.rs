@@ -76,7 +76,7 @@ impl Prepared {
             function(&args.function, file.as_ref(), preset, &loaded, &settings, &origins)?;
         let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
         let in_file = file.as_ref().zip(args.scene.as_deref());
-        let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume)?;
+        let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume, &settings)?;
         let clip_shading = clip::shading(&args.clip, file.as_ref());
         clip_shading.validate().map_err(|e| origins.blame(&e))?;
         Ok(Self { loaded, function, unit_distance, camera, lighting, settings, clip, clip_shading, origins })
@@ -232,6 +232,8 @@ fn settings(
     s.early_termination = args.early_termination.unwrap_or(s.early_termination);
     s.segments = args.clip.options.segments.unwrap_or(s.segments);
     s.backmost |= args.clip.options.backmost;
+    s.clip_events = args.clip.options.clip_events.unwrap_or(s.clip_events);
+    s.buffer_depth = args.clip.options.buffer_depth.unwrap_or(s.buffer_depth);
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
     s.sampling = args.sampling.unwrap_or(s.sampling);
     s.adaptive_threshold = args.adaptive_threshold.or(s.adaptive_threshold);

@@ -284,6 +284,7 @@ fn every_option_of_render_is_in_the_help_with_words() {
         "--segments",
         "--backmost",
         "--clip-events",
+        "--buffer-depth",
         "--impregnation",
         "--impregnation-thickness",
         "--clip-intensity",

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::{Camera, CameraError};
 use crate::clip::{
-    Clip, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount, SegmentLimit,
+    BufferDepth, Clip, ClipEvents, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount,
+    SegmentLimit,
 };
 use crate::image::blur::LARGEST_SIGMA;
 use crate::lighting::Lighting;
@@ -230,6 +231,10 @@ pub struct RenderSettings {
     pub jitter: bool,
     /// Sigma in pixels of a Gaussian that the finished image is blurred by, 0 (not at all) to 64.
     pub blur: f64,
+    /// How clip meshes are asked where rays cross them. What an engine does not have its own way stands in for.
+    pub clip_events: ClipEvents,
+    /// Bits of a number in the layers that clip surfaces are peeled into, 16 or 32; for `clip_events` peel only.
+    pub buffer_depth: BufferDepth,
 }
 
 impl Default for RenderSettings {
@@ -254,6 +259,8 @@ impl Default for RenderSettings {
             backmost: false,
             jitter: false,
             blur: 0.0,
+            clip_events: ClipEvents::default(),
+            buffer_depth: BufferDepth::default(),
         }
     }
 }

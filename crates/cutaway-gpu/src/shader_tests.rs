@@ -18,6 +18,9 @@ const SHADERS: &[(&str, &str)] = &[
     ("directions", crate::raycast::DIRECTIONS_SHADER),
     ("lists", crate::clip_layers::LISTS_SHADER),
     ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
+    ("peel", crate::clip_layers::PEEL_SHADER),
+    ("peel_count", crate::clip_layers::PEEL_COUNT_SHADER),
+    ("sweep_peel", crate::clip_layers::SWEEP_PEEL_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -56,6 +59,25 @@ macro_rules! assert_layout {
         assert_eq!(layout(&$module, $name), host);
         assert_eq!(size(&$module, $name) as usize, size_of::<$host>());
     };
+}
+
+#[test]
+fn peeled_meshes_match_the_shader() {
+    let module = module(crate::clip_layers::SWEEP_PEEL_SHADER);
+    assert_layout!(
+        module,
+        "PeeledMesh",
+        crate::clip_layers::PeeledMesh {
+            leaf,
+            entering,
+            entering_count,
+            leaving,
+            leaving_count,
+            backmost,
+            half,
+            reserved,
+        }
+    );
 }
 
 #[test]

@@ -18,7 +18,7 @@ use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
-use crate::clip_layers::{ClipLayers, ClipStatistics};
+use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
@@ -159,6 +159,16 @@ impl RaycastRenderer {
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
         GpuClassification::new(&self.gpu, &volume.ranges, &volume.voxels, scene)
+    }
+
+    /// How far the meshes of clips are peeled, where a scene's `clip_events` say so.
+    pub fn set_peeling(&self, settings: PeelSettings) {
+        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).peel_settings = settings;
+    }
+
+    /// The layers that the frame rendered last was peeled into, which was one of this scene; none where it was not peeled.
+    pub fn peeled_layers(&self, scene: &Scene) -> Result<Vec<ClipLayer>, GpuError> {
+        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).layers(&self.gpu, scene)
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
