@@ -4,7 +4,23 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast"];
+const SHADERS: &[&str] = &[
+    "raycast::raycast",
+    "context::filter",
+    "proxy::cells",
+    "proxy::view",
+    "proxy::range",
+    "geometry::surface",
+    "geometry::behind",
+    "raycast::finish::fill",
+    "raycast::finish::blur",
+    "raycast::sampling::directions",
+    "clip_layers::lists",
+    "clip_layers::sweep_lists",
+    "clip_layers::peel",
+    "clip_layers::peel_count",
+    "clip_layers::sweep_peel",
+];
 
 fn main() {
     let mut linker = Wesl::new("src");

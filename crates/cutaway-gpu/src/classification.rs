@@ -3,16 +3,19 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
 use cutaway_core::value_ranges::{BLOCK, ValueRanges};
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::BlockLevels;
-use crate::volume::{GpuVolume, Texels};
+use crate::notice::Notice;
+use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
+use crate::raycast::{BlockLevels, GpuPreintegration};
+use crate::volume::{GpuVolume, Texels, Wanted};
 
 /// From texels to entries of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +43,10 @@ pub struct GpuClassification {
     occupied: wgpu::Buffer,
     blocks: BlockLevels,
     occupied_fraction: f64,
+    wanted: Option<Arc<Wanted>>,
+    notices: Vec<Notice>,
+    proxy: Mutex<Option<Arc<ProxyGeometry>>>,
+    preintegration: Option<GpuPreintegration>,
 }
 
 impl GpuClassification {
@@ -56,14 +63,11 @@ impl GpuClassification {
         let entries = entries(&table, scene, volume);
         let occupancy = occupancy(&table, ranges, scene);
         let (bits, blocks) = packed(&occupancy);
-        let upload = |label, contents: &[u8]| {
-            let usage = wgpu::BufferUsages::STORAGE;
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
-        };
+        let upload = |label, contents: &[u8]| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
+        // Bricks that become visible are uploaded now, not while a frame waits for them.
+        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), false);
+        drop(volume.resident(gpu, source, wanted.as_ref())?);
+        let notices = volume.notices();
         let (table, occupied) = gpu.checked("the transfer function's table", || {
             (
                 upload("table", bytemuck::cast_slice(&entries)),
@@ -71,7 +75,29 @@ impl GpuClassification {
             )
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction })
+        let proxy = Mutex::new(None);
+        let preintegration = GpuPreintegration::new(gpu, scene, volume)?;
+        Ok(Self {
+            table,
+            index_map,
+            occupied,
+            blocks,
+            occupied_fraction,
+            wanted,
+            notices,
+            proxy,
+            preintegration,
+        })
+    }
+
+    /// What of the volume is shown otherwise than it is.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// The bricks that it makes visible, of a volume in bricks.
+    pub(crate) fn wanted(&self) -> Option<&Arc<Wanted>> {
+        self.wanted.as_ref()
     }
 
     /// The share of blocks that can be visible, 0..=1.
@@ -81,7 +107,8 @@ impl GpuClassification {
 
     /// What it takes of the device's memory.
     pub fn bytes(&self) -> u64 {
-        self.table.size() + self.occupied.size()
+        let integrals = self.preintegration.as_ref().map_or(0, GpuPreintegration::bytes);
+        self.table.size() + self.occupied.size() + integrals
     }
 
     pub(crate) fn index_map(&self) -> IndexMap {
@@ -92,8 +119,30 @@ impl GpuClassification {
         self.blocks
     }
 
+    /// The tables of pre-integrated steps, where the scene asks for them.
+    pub(crate) fn preintegration(&self) -> Option<&GpuPreintegration> {
+        self.preintegration.as_ref()
+    }
+
     pub(crate) fn table(&self) -> &wgpu::Buffer {
         &self.table
+    }
+
+    /// The proxy geometry of the blocks; made when another one is asked for than the last time.
+    pub(crate) fn proxy(
+        &self,
+        gpu: &Gpu,
+        pipelines: &ProxyPipelines,
+        flavour: Flavour,
+        options: &ProxyOptions,
+    ) -> Result<Arc<ProxyGeometry>, GpuError> {
+        let mut kept = self.proxy.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(proxy) = kept.as_ref().filter(|proxy| proxy.is(flavour, options)) {
+            return Ok(proxy.clone());
+        }
+        let proxy = Arc::new(ProxyGeometry::new(gpu, pipelines, self, flavour, options)?);
+        *kept = Some(proxy.clone());
+        Ok(proxy)
     }
 
     pub(crate) fn occupied(&self) -> &wgpu::Buffer {
@@ -120,7 +169,8 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
         .map(|&level| {
             let [r, g, b] = scene.transfer_function().evaluate(level).0.map(|c| c as f32);
             let level = rescale.slope.signum() * volume.texels().texel(rescale.stored_level(level));
-            [r, g, b, (level - LEVEL_ROUNDING * level.abs()) as f32]
+            // Texels about zero come of differences of greater numbers.
+            [r, g, b, (level - LEVEL_ROUNDING * level.abs().max(0.01)) as f32]
         })
         .collect();
     surfaces.sort_by(|a, b| a[3].total_cmp(&b[3]));
@@ -129,15 +179,20 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 }
 
 fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
+    Occupancy::new(ranges, |lo, hi| visible(table, scene, lo, hi))
+}
+
+/// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
+/// no block is empty to them.
+fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
     let settings = scene.settings();
     let rescale = scene.volume().rescale();
-    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored_level(*v)).collect();
-    let met = |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
+    let within = |level: f64| (f64::from(lo)..=f64::from(hi)).contains(&rescale.stored_level(level));
     match settings.mode {
-        _ if settings.space_skipping == SpaceSkipping::Off => Occupancy::full(ranges),
-        Mode::Composite => Occupancy::new(ranges, |lo, hi| table.visible(lo, hi)),
-        Mode::Iso => Occupancy::new(ranges, met),
-        _ => Occupancy::full(ranges),
+        _ if settings.space_skipping == SpaceSkipping::Off => true,
+        Mode::Composite => table.visible(lo, hi),
+        Mode::Iso => settings.iso.iter().any(|level| within(*level)),
+        _ => true,
     }
 }
 

@@ -62,6 +62,47 @@ pub enum GpuError {
         /// What was exceeded.
         reason: String,
     },
+    /// Opaque geometry was drawn for an image of another size.
+    #[error("opaque geometry has {found:?} pixels, the image has {expected:?}; draw it for this image")]
+    GeometrySize {
+        /// Width and height of the image.
+        expected: [u32; 2],
+        /// Width and height of the geometry.
+        found: [u32; 2],
+    },
+    /// A clip object of a kind that no shader knows.
+    #[error(
+        "clip object {object} is of a kind that the GPU engine does not know; it knows meshes, planes, boxes and \
+         spheres; take `--engine cpu`"
+    )]
+    UnknownSolid {
+        /// Its id.
+        object: u32,
+    },
+    /// More triangles, crossings or segments than a buffer of the device holds.
+    #[error(
+        "clipping needs {needed} {of}, and a buffer of this GPU holds {most}; take a smaller image, a simpler clip or \
+         `--engine cpu`"
+    )]
+    ClipTooLarge {
+        /// Of what there are too many.
+        of: &'static str,
+        /// How many there are.
+        needed: u64,
+        /// How many fit.
+        most: u64,
+    },
+    /// More layers of clip surfaces than a texture has.
+    #[error(
+        "peeling the clip's meshes needs {needed} layers, and a texture has {most}; take `--clip-events lists` or fewer \
+         `--segments`"
+    )]
+    TooManyLayers {
+        /// How many there are at least.
+        needed: u64,
+        /// How many fit.
+        most: u32,
+    },
     /// The driver refused what should be right: a fault of ours, or of the driver.
     #[error("the GPU refused {what}: {reason}")]
     Refused {

@@ -1,7 +1,8 @@
 //! The GPU renderers.
 //!
 //! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`](cutaway_core::image::Image). [`raycast`]
-//! casts a ray a pixel in a fragment shader.
+//! casts a ray a pixel in a fragment shader; [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
+//! among the volume.
 //!
 //! | object | holds | made anew |
 //! |---|---|---|
@@ -17,15 +18,23 @@
 #![forbid(unsafe_code)]
 
 mod classification;
+mod clip_layers;
 pub mod context;
 mod error;
+pub mod geometry;
+mod notice;
+pub mod proxy;
 pub mod raycast;
 mod volume;
 
 pub use classification::GpuClassification;
+pub use clip_layers::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
-pub use raycast::{RaycastRenderer, Statistics};
+pub use geometry::{OpaqueGeometry, OpaquePart};
+pub use notice::Notice;
+pub use proxy::{ProxyCounts, ProxyOptions};
+pub use raycast::{Extras, RaycastRenderer, Statistics};
 pub use volume::{GpuVolume, Texels};
 
 #[cfg(test)]

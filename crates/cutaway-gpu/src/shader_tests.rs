@@ -5,7 +5,23 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use crate::raycast::FrameUniforms;
 
 /// All linked shaders by name.
-const SHADERS: &[(&str, &str)] = &[("raycast", crate::raycast::SHADER)];
+const SHADERS: &[(&str, &str)] = &[
+    ("raycast", crate::raycast::SHADER),
+    ("filter", crate::context::filter::SHADER),
+    ("proxy cells", crate::proxy::CELLS_SHADER),
+    ("proxy view", crate::proxy::VIEW_SHADER),
+    ("proxy range", crate::proxy::RANGE_SHADER),
+    ("opaque surface", crate::geometry::SURFACE_SHADER),
+    ("behind", crate::geometry::BEHIND_SHADER),
+    ("fill", crate::raycast::FILL_SHADER),
+    ("blur", crate::raycast::BLUR_SHADER),
+    ("directions", crate::raycast::DIRECTIONS_SHADER),
+    ("lists", crate::clip_layers::LISTS_SHADER),
+    ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
+    ("peel", crate::clip_layers::PEEL_SHADER),
+    ("peel_count", crate::clip_layers::PEEL_COUNT_SHADER),
+    ("sweep_peel", crate::clip_layers::SWEEP_PEEL_SHADER),
+];
 
 fn module(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
@@ -43,6 +59,25 @@ macro_rules! assert_layout {
         assert_eq!(layout(&$module, $name), host);
         assert_eq!(size(&$module, $name) as usize, size_of::<$host>());
     };
+}
+
+#[test]
+fn peeled_meshes_match_the_shader() {
+    let module = module(crate::clip_layers::SWEEP_PEEL_SHADER);
+    assert_layout!(
+        module,
+        "PeeledMesh",
+        crate::clip_layers::PeeledMesh {
+            leaf,
+            entering,
+            entering_count,
+            leaving,
+            leaving_count,
+            backmost,
+            half,
+            reserved,
+        }
+    );
 }
 
 #[test]
@@ -98,7 +133,116 @@ fn frame_uniforms_match_the_shader() {
             bins_last,
             nodes,
             value_sign,
+            adaptive_threshold,
+        }
+    );
+}
+
+#[test]
+fn proxy_uniforms_match_the_shaders() {
+    use crate::proxy::{BuildUniforms, LimitsUniforms, ViewUniforms};
+    assert_layout!(
+        module(crate::proxy::CELLS_SHADER),
+        "Build",
+        BuildUniforms {
+            blocks,
+            blocks_per_unit,
+            units,
+            units_per_cell,
+            cells,
+            capacity,
+            fitted,
+            glued,
+            boundary,
+            first_slab,
+        }
+    );
+    assert_layout!(
+        module(crate::proxy::VIEW_SHADER),
+        "View",
+        ViewUniforms {
+            clip_from_voxel,
+            world_from_voxel_x,
+            slack,
+            world_from_voxel_y,
+            distance_unit,
+            world_from_voxel_z,
+            rounding,
+            margin,
+            unit_edge,
+            line_color,
+            mirrored,
+        }
+    );
+    assert_layout!(
+        module(crate::proxy::RANGE_SHADER),
+        "Limits",
+        LimitsUniforms { distance_unit, slack, opaque, nothing_above, cells, cell_edge }
+    );
+    assert_layout!(
+        module(crate::geometry::SURFACE_SHADER),
+        "Paint",
+        crate::geometry::PaintUniforms { color, lit, depth_unit, reserved_x, reserved_y, reserved_z }
+    );
+}
+
+#[test]
+fn what_passes_are_told_matches_their_shaders() {
+    use crate::raycast::{Blur, Fill, Slab};
+    assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
+    assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
+    assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
+}
+
+#[test]
+fn clip_objects_match_the_shader() {
+    for source in [crate::clip_layers::LISTS_SHADER, crate::clip_layers::SWEEP_SHADER] {
+        assert_layout!(
+            module(source),
+            "Leaf",
+            crate::clip_layers::Leaf {
+                linear_x,
+                kind,
+                linear_y,
+                eye_winding,
+                linear_z,
+                inverted,
+                first,
+                mirrored,
+                per_x,
+                output,
+                per_y,
+                reserved_y,
+                second,
+                reserved_second,
+                clip_x,
+                clip_y,
+                clip_z,
+                clip_w,
+            }
+        );
+    }
+}
+
+#[test]
+fn sweep_settings_match_the_shader() {
+    let source = crate::clip_layers::SWEEP_SHADER;
+    assert_layout!(
+        module(source),
+        "SweepSettings",
+        crate::clip_layers::SweepUniforms {
+            first_pixel,
+            width,
+            leaf_count,
+            gate_count,
+            keeps_outside,
+            tolerance,
+            segment_limit,
+            backmost,
+            segment_capacity,
             reserved,
         }
     );
+    let words = format!("const OWN_WORDS = {}u", crate::clip_layers::OWN_WORDS);
+    assert!(source.contains(&words), "the shader holds another number of words than `{words}`");
 }

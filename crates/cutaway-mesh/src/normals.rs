@@ -62,11 +62,16 @@ impl SmoothNormals {
             + self.corners.as_ref().map_or(0, |c| c.capacity() * size_of::<[u32; 3]>())
     }
 
+    /// The unit normals at the corners of a triangle.
+    pub(crate) fn of_corners(&self, mesh: &TriangleMesh, triangle: usize) -> [Vec3; 3] {
+        let corners = self.corners.as_ref().map_or(mesh.triangles()[triangle], |c| c[triangle]);
+        corners.map(|n| self.normals[n as usize])
+    }
+
     /// The unit normal at a point of a triangle, or as near to it as rounding leaves it.
     pub(crate) fn at(&self, mesh: &TriangleMesh, triangle: usize, point: DVec3) -> DVec3 {
         let [a, b, c] = mesh.corners(triangle).map(|c| c.as_dvec3());
-        let corners = self.corners.as_ref().map_or(mesh.triangles()[triangle], |c| c[triangle]);
-        let [na, nb, nc] = corners.map(|n| self.normals[n as usize].as_dvec3());
+        let [na, nb, nc] = self.of_corners(mesh, triangle).map(|n| n.as_dvec3());
         let face = (b - a).cross(c - a);
         let area = face.length_squared();
         if area == 0.0 {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cutaway_core::camera::{Ray, RayGenerator};
 use cutaway_core::clip::{Event, Solid};
-use cutaway_core::glam::{DAffine3, DVec3};
+use cutaway_core::glam::{DAffine3, DVec3, Vec3};
 
 use crate::TriangleMesh;
 use crate::events::{EventFinder, FrameEvents, MeshEvents};
@@ -46,6 +46,14 @@ impl MeshSolid {
         height: u32,
     ) -> FrameEvents<'_> {
         self.events.frame(rays, object_from_world, width, height)
+    }
+
+    /// The unit normals at the corners of a triangle, which [`Solid::normal`] interpolates between; in object space.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn corner_normals(&self, triangle: usize) -> [Vec3; 3] {
+        self.normals.of_corners(self.mesh(), triangle)
     }
 
     /// What it holds beside the mesh, in bytes: the finder's structure and the normals.

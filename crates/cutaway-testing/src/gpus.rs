@@ -15,6 +15,9 @@ pub fn fallback_sets() -> Vec<(&'static str, Fallbacks)> {
         ("without float filtering", Fallbacks { without_float_filtering: true, ..none.clone() }),
         ("without float blending", Fallbacks { without_float_blending: true, ..none.clone() }),
         ("without timestamps", Fallbacks { without_timestamps: true, ..none.clone() }),
+        ("sorted ranges", Fallbacks { sorted_ranges: true, ..none.clone() }),
+        // Volumes of more voxels along a side than this are kept in bricks.
+        ("small textures", Fallbacks { max_texture_3d: Some(16), ..none.clone() }),
         ("exact filtering", Fallbacks { filtering: Some(Filtering::Exact), ..none.clone() }),
         (
             "without anything",
@@ -23,6 +26,7 @@ pub fn fallback_sets() -> Vec<(&'static str, Fallbacks)> {
                 without_float_filtering: true,
                 without_float_blending: true,
                 without_timestamps: true,
+                sorted_ranges: true,
                 ..none
             },
         ),

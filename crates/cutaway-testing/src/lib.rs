@@ -1,6 +1,7 @@
 //! What the tests across crates share: scenes, and the tolerances that two renderings of one scene are held to.
 #![forbid(unsafe_code)]
 
+pub mod clips;
 pub mod engines;
 pub mod golden;
 pub mod gpus;

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use cutaway_core::camera::Camera;
 use cutaway_core::clip::{
-    AxisBox, Clip, ClipShading, Impregnation, Node, ObjectId, Plane, Pose, SegmentCount, Solid, Sphere,
+    AxisBox, BufferDepth, Clip, ClipEvents, ClipShading, Impregnation, Node, ObjectId, Plane, Pose,
+    SegmentCount, Solid, Sphere,
 };
 use cutaway_core::glam::{DAffine3, DMat3, DVec3, EulerRot, UVec3};
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
@@ -318,7 +319,7 @@ fn settings(r: &mut Random, volume: &Volume, tame: bool) -> RenderSettings {
         step: r.magnitude(0.05, coarsest).max(steps / MOST_STEPS),
         resolution: [r.whole(1, 40), r.whole(1, 40)],
         early_termination: r.one_of(&[1.0, 0.999, 0.9, 1e-6]),
-        space_skipping: r.one_of(&[SpaceSkipping::Auto, SpaceSkipping::Auto, SpaceSkipping::Off]),
+        space_skipping: r.one_of(&SpaceSkipping::ALL),
         image_interpolation: r.one_of(&[
             ImageInterpolation::Off,
             ImageInterpolation::Adaptive,
@@ -336,6 +337,10 @@ fn settings(r: &mut Random, volume: &Volume, tame: bool) -> RenderSettings {
             SegmentCount::AtMost(NonZeroU32::MIN.saturating_add(r.whole(0, 3)))
         },
         backmost: r.chance(0.3),
+        jitter: r.chance(0.3),
+        blur: if r.chance(0.8) { 0.0 } else { r.between(0.0, 64.0) },
+        clip_events: r.one_of(&[ClipEvents::Auto, ClipEvents::Lists, ClipEvents::Peel]),
+        buffer_depth: r.one_of(&[BufferDepth::Half, BufferDepth::Single]),
         ..RenderSettings::default()
     }
 }

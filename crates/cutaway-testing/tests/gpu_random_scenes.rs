@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
+use cutaway_core::clip::BufferDepth;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
 use cutaway_core::scene::{Gradient, ImageInterpolation, RenderSettings, Sampling};
@@ -73,9 +74,10 @@ fn random_scenes() -> Result<(), Failed> {
 
 /// Most scenes take the device as it is; some one without anything that can be missing, or with exact values.
 fn renderer_of(seed: u64) -> Result<Arc<RaycastRenderer>, Failed> {
-    let wanted = match seed % 8 {
+    let wanted = match seed % 10 {
         0 => "without anything",
         1 => "exact filtering",
+        2 => "small textures",
         _ => "all features",
     };
     let sets = fallback_sets();
@@ -85,8 +87,7 @@ fn renderer_of(seed: u64) -> Result<Arc<RaycastRenderer>, Failed> {
 }
 
 fn render(seed: u64, renderer: &RaycastRenderer) -> Result<(), String> {
-    // The ray caster does not clip yet.
-    let made = RandomScene { clip: None, ..RandomScene::new(seed) };
+    let made = RandomScene::new(seed);
     let scene = made.scene_with(made.settings.clone()).map_err(|e| format!("no scene: {e}"))?;
     let (image, statistics) = raycast(&scene, renderer);
     let [width, height] = made.settings.resolution;
@@ -123,6 +124,9 @@ fn compare_with_reference(made: &RandomScene, renderer: &RaycastRenderer) -> Res
         image_interpolation: ImageInterpolation::Off,
         adaptive_threshold: None,
         pre_integration: false,
+        jitter: false,
+        blur: 0.0,
+        buffer_depth: BufferDepth::Single,
         ..made.settings.clone()
     };
     let scene = made.scene_with(settings).map_err(|e| format!("no scene: {e}"))?;

@@ -23,7 +23,38 @@ pub struct FlatLeaf {
     output: Wire,
 }
 
+/// Where a value of an expression goes, as plain numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlatWire {
+    /// Index of a gate; none: the value is the expression's own.
+    pub gate: Option<u32>,
+    /// Whether the opposite goes there.
+    pub inverted: bool,
+}
+
+/// A gate of an expression, as plain numbers: for a device that is to evaluate it as [`Sweep`](super::Sweep) does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlatGate {
+    /// The number of true inputs from which on it is true.
+    pub threshold: u32,
+    /// How many inputs are true outside all objects.
+    pub true_inputs: u32,
+    /// Where it goes: to a gate before it in the list, if to any.
+    pub output: FlatWire,
+}
+
+impl From<Wire> for FlatWire {
+    fn from(wire: Wire) -> Self {
+        Self { gate: (wire.gate != ROOT).then_some(wire.gate), inverted: wire.inverted }
+    }
+}
+
 impl FlatLeaf {
+    /// Where its inside goes in the expression.
+    pub fn output(&self) -> FlatWire {
+        self.output.into()
+    }
+
     /// All poses above the object in one, inverted.
     pub fn object_from_world(&self) -> &DAffine3 {
         &self.object_from_world
@@ -148,6 +179,15 @@ impl FlatClip {
     /// The objects, in the order of the tree.
     pub fn leaves(&self) -> &[FlatLeaf] {
         &self.leaves
+    }
+
+    /// The gates of the expression, parents before children.
+    pub fn gates(&self) -> impl ExactSizeIterator<Item = FlatGate> {
+        self.gates.iter().zip(&self.outside.true_inputs).map(|(gate, &true_inputs)| FlatGate {
+            threshold: gate.threshold,
+            true_inputs,
+            output: gate.output.into(),
+        })
     }
 
     /// Whether what is outside all objects is kept: all of a ray that meets none.

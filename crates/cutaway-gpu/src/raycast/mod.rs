@@ -3,12 +3,14 @@
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image with depth, and what it took. A frame goes to
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
+mod finish;
 mod pipelines;
 mod readback;
+mod sampling;
 mod targets;
 mod uniforms;
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
@@ -16,12 +18,28 @@ use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
+use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
+use crate::notice::Notice;
+use crate::proxy::{
+    Flavour, ProxyCounts, ProxyGeometry, ProxyOptions, ProxyPipelines, RangeInputs, RangeTargets,
+    draw_wireframe,
+};
 use crate::volume::GpuVolume;
+#[cfg(test)]
+pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
+use finish::{Finisher, Lattice};
 use pipelines::{Inputs, Pipelines, Variant};
-use targets::{Targets, tiles};
-pub(crate) use uniforms::{BlockLevels, FrameUniforms};
+pub(crate) use sampling::GpuPreintegration;
+pub use sampling::notices;
+#[cfg(test)]
+pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
+use sampling::{GpuDirections, SamplingVariant, cost_of_step};
+pub(crate) use targets::tiles;
+use targets::{FORMATS, Targets};
+pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
 pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
@@ -35,8 +53,10 @@ pub struct Statistics {
     pub samples: u64,
     /// Stretches of occupied blocks.
     pub segments: u64,
-    /// Bytes on the device: volume, tables, targets.
+    /// Bytes on the device: volume, tables, targets, clip.
     pub gpu_bytes: u64,
+    /// What clipping took; nothing where there is none.
+    pub clip: ClipStatistics,
 }
 
 /// Pipelines on a device.
@@ -45,6 +65,21 @@ pub struct RaycastRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
     targets: Mutex<Option<Targets>>,
+    finisher: Finisher,
+    clip: Mutex<ClipLayers>,
+    proxy: ProxyPipelines,
+    proxy_options: ProxyOptions,
+    ranges: Mutex<Option<RangeTargets>>,
+    geometry: GeometryPipelines,
+}
+
+/// What is drawn besides the volume.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extras<'a> {
+    /// Opaque geometry, which ends rays; the image lies over it. Of the image's size.
+    pub geometry: Option<&'a OpaqueGeometry>,
+    /// Straight RGB, 0..=1, of the proxy geometry's edges, which are drawn where the image does not hide them.
+    pub wireframe: Option<[f32; 3]>,
 }
 
 /// A volume made ready: on the device, and what is in its blocks.
@@ -52,12 +87,31 @@ pub struct RaycastRenderer {
 pub struct PreparedVolume {
     voxels: GpuVolume,
     ranges: ValueRanges,
+    /// Made when a scene first asks for them.
+    directions: OnceLock<GpuDirections>,
 }
 
 impl PreparedVolume {
+    /// Directions of its gradient, where a scene wants them.
+    fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
+        if !SamplingVariant::of(scene).wants_directions() {
+            return Ok(None);
+        }
+        if let Some(made) = self.directions.get() {
+            return Ok(Some(made));
+        }
+        let made = GpuDirections::new(gpu, scene.volume(), &self.voxels)?;
+        Ok(Some(self.directions.get_or_init(|| made)))
+    }
+
     /// The voxels on the device.
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
+    }
+
+    /// What was substituted so that it fits; of a volume in bricks, for the last scene that was classified.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.voxels.notices()
     }
 }
 
@@ -65,7 +119,29 @@ impl RaycastRenderer {
     /// Makes what all frames share.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let pipelines = Pipelines::new(gpu)?;
-        Ok(Self { gpu: gpu.clone(), pipelines, targets: Mutex::new(None) })
+        let proxy = ProxyPipelines::new(gpu, FORMATS[0])?;
+        let geometry = GeometryPipelines::new(gpu)?;
+        let proxy_options = ProxyOptions::default();
+        let (targets, ranges, clip) = (Mutex::new(None), Mutex::new(None), Mutex::default());
+        let finisher = Finisher::new(gpu)?;
+        Ok(Self {
+            gpu: gpu.clone(),
+            pipelines,
+            targets,
+            finisher,
+            clip,
+            proxy,
+            proxy_options,
+            ranges,
+            geometry,
+        })
+    }
+
+    /// The same with other proxy geometry.
+    #[must_use]
+    pub fn with_proxy_options(mut self, options: ProxyOptions) -> Self {
+        self.proxy_options = options;
+        self
     }
 
     /// The device.
@@ -76,12 +152,23 @@ impl RaycastRenderer {
     /// Makes a volume ready: uploads it.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        Ok(PreparedVolume { voxels, ranges: ValueRanges::new(volume) })
+        let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
+        Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
     }
 
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
         GpuClassification::new(&self.gpu, &volume.ranges, &volume.voxels, scene)
+    }
+
+    /// How far the meshes of clips are peeled, where a scene's `clip_events` say so.
+    pub fn set_peeling(&self, settings: PeelSettings) {
+        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).peel_settings = settings;
+    }
+
+    /// The layers that the frame rendered last was peeled into, which was one of this scene; none where it was not peeled.
+    pub fn peeled_layers(&self, scene: &Scene) -> Result<Vec<ClipLayer>, GpuError> {
+        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).layers(&self.gpu, scene)
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
@@ -93,20 +180,115 @@ impl RaycastRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
+        self.render_with(volume, classification, scene, &Extras::default(), progress)
+    }
+
+    /// As [`Self::render`], with what is drawn besides the volume.
+    pub fn render_with(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, Statistics), GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
-        let resolution = scene.settings().resolution;
+        let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let targets = match kept.take() {
             Some(targets) if targets.size() == resolution => targets,
             _ => Targets::new(&self.gpu, resolution)?,
         };
-        let inputs = Inputs { volume: &volume.voxels, classification };
-        self.draw(&inputs, scene, &targets, progress)?;
-        let read = readback::read(&self.gpu, &targets)?;
-        let bytes = volume.voxels.bytes() + classification.bytes() + targets.bytes();
+        let frame = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
+        if let Some(geometry) = extras.geometry.filter(|geometry| geometry.size() != resolution) {
+            return Err(GpuError::GeometrySize { expected: resolution, found: geometry.size() });
+        }
+        let opaque = extras.geometry.map(OpaqueGeometry::distances);
+        let proxy = self.proxy_of(classification, scene)?;
+        let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
+        let ranges = self.ranges(&found)?;
+        let range = ranges.as_ref().map(RangeTargets::range);
+        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let clip = match scene.clip() {
+            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &frame)?,
+            None => ClipStatistics::default(),
+        };
+        let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
+        let directions = volume.directions(&self.gpu, scene)?;
+        let inputs = Inputs { volume: &volume.voxels, classification, range, directions, segments };
+        self.draw(&inputs, scene, &frame, &targets, progress)?;
+        self.draw_extras(&found, extras, &targets)?;
+        let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
+        let read = readback::read(&self.gpu, &finished.textures)?;
+        let bytes = volume.voxels.bytes()
+            + classification.bytes()
+            + targets.bytes()
+            + finished.bytes
+            + directions.map_or(0, GpuDirections::bytes)
+            + clip_layers.bytes()
+            + proxy.map_or(0, |proxy| proxy.bytes())
+            + ranges.as_ref().map_or(0, RangeTargets::bytes);
+        *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
-        let statistics = Statistics { gpu_bytes: bytes, ..read.statistics };
+        let statistics = Statistics { gpu_bytes: bytes, clip, ..read.statistics };
         Ok((read.image, statistics))
+    }
+
+    /// Draws meshes as the camera of a scene sees them, for [`Self::render_with`].
+    pub fn draw_geometry(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        parts: &[OpaquePart],
+    ) -> Result<OpaqueGeometry, GpuError> {
+        let frame = FrameUniforms::new(scene, &volume.voxels, classification, scene.settings().resolution);
+        self.geometry.draw(&self.gpu, scene, &frame, parts)
+    }
+
+    /// How many quads the proxy geometry of a scene has, which is read back for this; none: it has no proxy.
+    pub fn proxy_counts(
+        &self,
+        classification: &GpuClassification,
+        scene: &Scene,
+    ) -> Result<Option<ProxyCounts>, GpuError> {
+        self.proxy_of(classification, scene)?.map(|proxy| proxy.counts(&self.gpu)).transpose()
+    }
+
+    fn proxy_of(
+        &self,
+        classification: &GpuClassification,
+        scene: &Scene,
+    ) -> Result<Option<Arc<ProxyGeometry>>, GpuError> {
+        Flavour::of(scene)
+            .map(|flavour| classification.proxy(&self.gpu, &self.proxy, flavour, &self.proxy_options))
+            .transpose()
+    }
+
+    /// Where rays begin and end; none: at the volume's box.
+    fn ranges(&self, inputs: &RangeInputs) -> Result<Option<RangeTargets>, GpuError> {
+        if inputs.proxy.is_none() && inputs.opaque.is_none() {
+            return Ok(None);
+        }
+        let kept = self.ranges.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let ranges = match kept.filter(|ranges| ranges.size() == inputs.frame.resolution) {
+            Some(ranges) => ranges,
+            None => RangeTargets::new(&self.gpu, &self.proxy, inputs.frame.resolution)?,
+        };
+        ranges.fill(&self.gpu, &self.proxy, inputs)?;
+        Ok(Some(ranges))
+    }
+
+    fn draw_extras(&self, inputs: &RangeInputs, extras: &Extras, targets: &Targets) -> Result<(), GpuError> {
+        let (views, textures) = (targets.views(), targets.textures());
+        if let Some(geometry) = extras.geometry {
+            let (textures, views) = ([&textures[0], &textures[1]], [&views[0], &views[1]]);
+            self.geometry.put_over(&self.gpu, geometry, textures, views)?;
+        }
+        if let Some(color) = extras.wireframe {
+            draw_wireframe(&self.gpu, &self.proxy, inputs, color, [&views[0], &views[1]])?;
+        }
+        Ok(())
     }
 
     /// Draws a frame into targets, tile by tile.
@@ -114,15 +296,19 @@ impl RaycastRenderer {
         &self,
         inputs: &Inputs,
         scene: &Scene,
+        frame: &FrameUniforms,
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
-        let pipeline =
-            self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume, self.gpu.capabilities()))?;
-        let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());
-        let groups =
-            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &uniforms))?;
-        let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
+        let variant = Variant::of(scene, inputs, self.gpu.capabilities(), self.proxy_options.image_order);
+        let pipeline = self.pipelines.get(&self.gpu, variant)?;
+        // Until all tiles are submitted no other scene may change which bricks are there.
+        let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
+        let groups = self
+            .gpu
+            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
+        let tiles =
+            tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {
                 let mut encoder =
@@ -132,6 +318,7 @@ impl RaycastRenderer {
                     pass.set_pipeline(&pipeline);
                     pass.set_bind_group(0, &groups[0], &[]);
                     pass.set_bind_group(1, &groups[1], &[]);
+                    pass.set_bind_group(2, &groups[2], &[]);
                     pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
                     pass.draw(0..3, 0..1);
                 }

@@ -1,12 +1,13 @@
 //! What a frame tells its shader: the host's side of `shared/frame.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use cutaway_core::camera::PixelPlane;
+use cutaway_core::camera::{PixelPlane, RayGenerator};
 use cutaway_core::clip::Impregnation;
 use cutaway_core::field::vanishing_gradient;
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::scene::{Mode, Scene};
 
+use super::finish::Lattice;
 use crate::classification::GpuClassification;
 use crate::volume::GpuVolume;
 
@@ -60,11 +61,11 @@ pub(crate) struct FrameUniforms {
     pub(crate) bins_last: u32,
     pub(crate) nodes: u32,
     pub(crate) value_sign: f32,
-    pub(crate) reserved: u32,
+    pub(crate) adaptive_threshold: f32,
 }
 
 impl FrameUniforms {
-    /// The rays of a scene's camera, an image of `resolution` pixels, and what was prepared of the scene's volume.
+    /// The rays of a scene's camera, a [`Lattice`] of `resolution` of its pixels, and what was prepared of the scene's volume.
     pub(crate) fn new(
         scene: &Scene,
         volume: &GpuVolume,
@@ -83,14 +84,8 @@ impl FrameUniforms {
     }
 
     fn set_rays(&mut self, scene: &Scene) {
-        let volume = scene.volume();
-        let [width, height] = self.resolution;
-        let rays = scene.camera().rays(width, height);
-        let radius = 0.5 * volume.corners_in_world()[0].distance(volume.corners_in_world()[7]);
-        // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
-        let depth = rays.depth_of(volume.center_in_world()).max(radius);
-        let plane = rays.plane(depth);
-        let voxel_from_world = volume.voxel_from_world();
+        let RayPlane { rays, depth, points: plane, .. } = RayPlane::new(scene, self.resolution);
+        let voxel_from_world = scene.volume().voxel_from_world();
         let points = PixelPlane {
             first: voxel_from_world.transform_point3(plane.first),
             per_x: voxel_from_world.transform_vector3(plane.per_x),
@@ -109,7 +104,7 @@ impl FrameUniforms {
         let m = voxel_from_world.matrix3;
         [self.voxel_from_world_x, self.voxel_from_world_y, self.voxel_from_world_z] =
             [m.x_axis, m.y_axis, m.z_axis].map(single);
-        self.extent = single(volume.extent());
+        self.extent = single(scene.volume().extent());
     }
 
     fn set_gradient(&mut self, scene: &Scene, volume: &GpuVolume) {
@@ -146,6 +141,7 @@ impl FrameUniforms {
         self.step_length = scene.step_length() as f32;
         // Of an image in f32, what is less cannot be seen.
         self.opaque_below = (1.0 - settings.early_termination).max(1e-7) as f32;
+        self.adaptive_threshold = settings.adaptive_threshold.unwrap_or(1.0) as f32;
         self.iso_opacity = settings.iso_opacity as f32;
         self.iso_count = if settings.mode == Mode::Iso { settings.iso.len() as u32 } else { 0 };
     }
@@ -166,12 +162,65 @@ impl FrameUniforms {
     fn set_classification(&mut self, classification: &GpuClassification) {
         let map = classification.index_map();
         (self.table_offset, self.table_scale, self.table_last) = (map.offset, map.scale, map.last);
+        if let Some(tables) = classification.preintegration() {
+            let map = tables.index_map();
+            (self.bins_offset, self.bins_scale, self.bins_last) = (map.offset, map.scale, map.last);
+            self.nodes = tables.nodes();
+        }
         let blocks = classification.blocks();
         self.blocks = blocks.fine.to_array();
         self.coarse_blocks = blocks.coarse.to_array();
         self.block_edge = blocks.fine_edge as f32;
         self.coarse_edge = blocks.coarse_edge as f32;
     }
+}
+
+/// The points of rays from which distances along them are measured: a plane in front of the eye, near the volume's middle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RayPlane {
+    pub(crate) rays: RayGenerator,
+    /// Of the plane before the camera, in world units.
+    pub(crate) depth: f64,
+    /// One a pixel, in the world.
+    pub(crate) points: PixelPlane,
+    /// Half the volume's diagonal, in world units.
+    pub(crate) radius: f64,
+}
+
+impl RayPlane {
+    /// Of an image of so many pixels, or of the lattice that a scene casts.
+    pub(crate) fn new(scene: &Scene, size: [u32; 2]) -> Self {
+        let corners = scene.volume().corners_in_world();
+        let radius = 0.5 * corners[0].distance(corners[7]);
+        let rays = rays_of(scene, size);
+        // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
+        let depth = rays.depth_of(scene.volume().center_in_world()).max(radius);
+        Self { rays, depth, points: rays.plane(depth), radius }
+    }
+}
+
+/// The rays of an image of this size, or of the lattice that a scene casts, of which this is the size.
+pub(crate) fn rays_of(scene: &Scene, size: [u32; 2]) -> RayGenerator {
+    let lattice = Lattice::of(scene);
+    if lattice.spacing > 1 && lattice.size == size {
+        let (width, height) = scene.resolution();
+        return scene.camera().rays(width, height).every(lattice.spacing);
+    }
+    scene.camera().rays(size[0], size[1])
+}
+
+/// How far the middle of an image is from the camera's axis along x and y of its clip space, in halves of its size: none
+/// but of a lattice, whose last pixels may lie beyond the border of the image.
+pub(crate) fn off_axis(rays: &RayGenerator, [width, height]: [u32; 2]) -> [f64; 2] {
+    let plane = rays.plane(1.0);
+    let middle =
+        |first: f64, per_pixel: f64, pixels: u32| (1.0 - 2.0 * first / per_pixel) / f64::from(pixels) - 1.0;
+    let axes = rays.axes();
+    // The point of the axis at depth 1 is where a pixel's would be if it lay half an image from the corner.
+    let first = plane.first - rays.on_axis(1.0);
+    let x = middle(first.dot(axes.right), plane.per_x.length(), width);
+    let y = middle(-first.dot(axes.up), plane.per_y.length(), height);
+    [x, -y]
 }
 
 /// Blocks along each axis, in two levels, and cells along an edge of each.

@@ -27,8 +27,13 @@ fn block_exit(ray: Ray, block: vec3u, edge: f32) -> f32 {
     return min(far.x, min(far.y, far.z));
 }
 
-// The next stretch of blocks that can be visible, from t on: where it begins and ends; empty where none is before t_end.
-fn next_run(ray: Ray, from_t: f32, t_end: f32) -> vec2f {
+// Before and behind these nothing is visible along the ray.
+var<private> visible_range: vec2f = vec2f(-1e30, 1e30);
+
+// The next stretch of blocks that can be visible, from t on: where it begins and ends; empty where none is before `end`.
+fn next_run(ray: Ray, begin: f32, end: f32) -> vec2f {
+    let from_t = max(begin, visible_range.x);
+    let t_end = min(end, visible_range.y);
     if !SKIP_BLOCKS {
         return vec2f(from_t, t_end);
     }
