@@ -12,8 +12,14 @@ const SHADERS: &[&str] = &[
     "proxy::range",
     "geometry::surface",
     "geometry::behind",
+    "raycast::finish::fill",
+    "raycast::finish::blur",
+    "raycast::sampling::directions",
     "clip_layers::lists",
     "clip_layers::sweep_lists",
+    "clip_layers::peel",
+    "clip_layers::peel_count",
+    "clip_layers::sweep_peel",
 ];
 
 fn main() {

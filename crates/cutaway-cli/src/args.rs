@@ -177,6 +177,12 @@ pub(crate) struct SceneArgs {
     /// along x and y, 2 to 16 [off]
     #[arg(long, value_parser = values::image_interpolation, value_name = "HOW", allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) image_interpolation: Option<ImageInterpolation>,
+    /// Let steps begin at shares of a step that differ from pixel to pixel: noise instead of rings (GPU engines)
+    #[arg(long, help_heading = "Sampling")]
+    pub(crate) jitter: bool,
+    /// Blur the finished image by a Gaussian of sigma S pixels, up to 64 [0: not at all]
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
+    pub(crate) blur: Option<f64>,
 }
 
 /// What raw data are, where neither their name nor a JSON file beside them tells.

@@ -9,7 +9,8 @@ use cutaway_core::colormaps::ColormapError;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
 use cutaway_core::scene::{
-    MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, SceneFile, TransferFunctionFile, default_camera,
+    Engine, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, SceneFile, TransferFunctionFile,
+    default_camera,
 };
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
@@ -48,6 +49,9 @@ impl Prepared {
     pub(crate) fn report(&self, verbosity: Verbosity) {
         self.loaded.report(verbosity);
         self.clip.iter().flat_map(|clip| &clip.notices).for_each(|notice| verbosity.notice(notice));
+        if self.settings.engine != Engine::Reference {
+            cutaway_cpu::notices(&self.settings).iter().for_each(|notice| verbosity.notice(notice));
+        }
     }
 
     /// Another scene of the same volume, which is not loaded again: the volume that `args` name is not looked at.
@@ -72,7 +76,7 @@ impl Prepared {
             function(&args.function, file.as_ref(), preset, &loaded, &settings, &origins)?;
         let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
         let in_file = file.as_ref().zip(args.scene.as_deref());
-        let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume)?;
+        let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume, &settings)?;
         let clip_shading = clip::shading(&args.clip, file.as_ref());
         clip_shading.validate().map_err(|e| origins.blame(&e))?;
         Ok(Self { loaded, function, unit_distance, camera, lighting, settings, clip, clip_shading, origins })
@@ -130,6 +134,7 @@ impl Origins {
             ("adaptive_threshold", "--adaptive-threshold", args.adaptive_threshold.is_some()),
             ("pre_integration", "--pre-integration", args.pre_integration),
             ("image_interpolation", "--image-interpolation", args.image_interpolation.is_some()),
+            ("blur", "--blur", args.blur.is_some()),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),
@@ -227,6 +232,8 @@ fn settings(
     s.early_termination = args.early_termination.unwrap_or(s.early_termination);
     s.segments = args.clip.options.segments.unwrap_or(s.segments);
     s.backmost |= args.clip.options.backmost;
+    s.clip_events = args.clip.options.clip_events.unwrap_or(s.clip_events);
+    s.buffer_depth = args.clip.options.buffer_depth.unwrap_or(s.buffer_depth);
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
     s.sampling = args.sampling.unwrap_or(s.sampling);
     s.adaptive_threshold = args.adaptive_threshold.or(s.adaptive_threshold);
@@ -234,6 +241,8 @@ fn settings(
     s.gradient = args.gradient.unwrap_or(s.gradient);
     s.layout = args.layout.unwrap_or(s.layout);
     s.image_interpolation = args.image_interpolation.unwrap_or(s.image_interpolation);
+    s.jitter |= args.jitter;
+    s.blur = args.blur.unwrap_or(s.blur);
     s.brightness = args.function.brightness.unwrap_or(s.brightness);
     if let Some(resolution) = &args.resolution {
         s.resolution = resolution.exactly_whole("--resolution")?;

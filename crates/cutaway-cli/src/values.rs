@@ -6,10 +6,9 @@
 use std::num::NonZeroU32;
 use std::str::FromStr;
 
-use cutaway_core::clip::{Impregnation, SegmentCount};
+use cutaway_core::clip::{BufferDepth, ClipEvents, Impregnation, SegmentCount};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
-use cutaway_mesh::EventFinder;
 
 use crate::report::wrong_use;
 
@@ -145,14 +144,14 @@ pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
     named(text, "way of skipping", &SpaceSkipping::ALL.map(|how| (how.name(), how)))
 }
 
-/// The finders of lines and pixels; `peel` and `lists` are a GPU engine's.
-pub(crate) fn clip_events(text: &str) -> Result<EventFinder, String> {
-    if matches!(text, "peel" | "lists") {
-        return Err(format!(
-            "`{text}` belongs to an engine that does not exist in this version; choose from grid, octree, bvh, raster"
-        ));
-    }
-    named(text, "way of finding events", &EventFinder::ALL.map(|finder| (finder.name(), finder)))
+/// All ways, whichever engine has them: what stands in for another engine's is said when the engine is known.
+pub(crate) fn clip_events(text: &str) -> Result<ClipEvents, String> {
+    named(text, "way of finding events", &ClipEvents::ALL.map(|how| (how.name(), how)))
+}
+
+pub(crate) fn buffer_depth(text: &str) -> Result<BufferDepth, String> {
+    let depth = text.trim().parse().ok().and_then(BufferDepth::from_bits);
+    depth.ok_or_else(|| format!("`{text}` is no depth of a layer; choose from 16, 32"))
 }
 
 pub(crate) fn sampling(text: &str) -> Result<Sampling, String> {

@@ -169,7 +169,8 @@ fn what_cannot_be_cut_with_is_refused_by_option() {
         ("--cut shpere:1,2,3,4", 1, &["shpere", "did you mean `sphere`?"]),
         ("--cut nothere.ply", 1, &["nothere.ply"]),
         ("--cut bunny.ply", 1, &["bunny.ply", "line 1", "the file is cut short"]),
-        ("--cut bunny.ply --clip-events peel", 2, &["--clip-events", "an engine that does not exist"]),
+        ("--cut bunny.ply --clip-events peal", 2, &["--clip-events", "did you mean `peel`?"]),
+        ("--buffer-depth 24", 2, &["--buffer-depth", "`24`", "16, 32"]),
         ("--cut= ", 2, &["--cut"]),
         ("--crop 1,2,3", 2, &["--crop", "box takes 6 numbers"]),
         ("--crop 5,1,0,1,0,1", 2, &["--crop", "max"]),
@@ -204,6 +205,10 @@ fn options_without_effect_are_noticed() {
     for (options, says) in [
         ("--cap", "--cap has no effect: nothing is clipped"),
         ("--segments 2", "--segments has no effect: nothing is clipped"),
+        ("--clip-events bvh", "--clip-events has no effect: nothing is clipped"),
+        ("--cut sphere:9,9,9,5 --buffer-depth 16", "--buffer-depth has no effect: nothing is peeled"),
+        ("--cut sphere:9,9,9,5 --clip-events peel", "--clip-events peel belongs to GPU engines"),
+        ("--cut sphere:9,9,9,5 --clip-events lists", "events are found by `raster`"),
         ("--cut sphere:9,9,9,5 --cap", "--cap has no effect in composite mode"),
         ("--mode mip --cut sphere:9,9,9,5 --impregnation step", "--impregnation has no effect in mip mode"),
     ] {
@@ -230,7 +235,7 @@ fn files_of_surfaces_cut_whatever_finds_their_events() {
             run(folder.path(), &format!("{line} -o {to} {options}"))
         };
         cut("--engine reference", "reference.npy").succeeds();
-        for finder in ["raster", "bvh", "octree", "grid"] {
+        for finder in ["auto", "raster", "bvh", "octree", "grid", "peel", "lists"] {
             cut(&format!("--engine cpu --step 0.1 --clip-events {finder}"), "cpu.npy").succeeds();
             run(folder.path(), "compare reference.npy cpu.npy --fail-above 0.003").succeeds();
         }

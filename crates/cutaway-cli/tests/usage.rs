@@ -116,7 +116,7 @@ fn wrong_resolutions_are_refused() {
 }
 
 /// The options of the interface that later versions will have.
-const LATER: [&str; 5] = ["--jitter", "--blur", "--buffer-depth", "--turntable", "--frames"];
+const LATER: [&str; 3] = ["--buffer-depth", "--turntable", "--frames"];
 
 /// A test that knows which of these are there by now, so that none is forgotten in the list and none is ignored.
 #[test]
@@ -284,6 +284,7 @@ fn every_option_of_render_is_in_the_help_with_words() {
         "--segments",
         "--backmost",
         "--clip-events",
+        "--buffer-depth",
         "--impregnation",
         "--impregnation-thickness",
         "--clip-intensity",

@@ -136,6 +136,7 @@ impl Camera {
             size: DVec2::new(f64::from(width), f64::from(height)),
             half_height,
             orthographic: self.orthographic.is_some(),
+            spacing: 1.0,
         }
     }
 
@@ -204,15 +205,27 @@ pub struct RayGenerator {
     size: DVec2,
     half_height: f64,
     orthographic: bool,
+    /// Pixels of the image from one pixel here to the next.
+    spacing: f64,
 }
 
 impl RayGenerator {
+    /// The rays of every `spacing`-th pixel along x and y, from the first one on, also beyond the image's border.
+    pub fn every(self, spacing: u32) -> Self {
+        Self { spacing: self.spacing * f64::from(spacing), ..self }
+    }
+
+    /// The point of the camera's axis at this depth in front of it.
+    pub fn on_axis(&self, depth: f64) -> DVec3 {
+        self.position + self.axes.forward * depth
+    }
+
     /// The ray through the centre of pixel `(x, y)`.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> Ray {
         let scale = 2.0 * self.half_height / self.size.y;
-        let across = (f64::from(x) + 0.5 - 0.5 * self.size.x) * scale;
-        let along = (0.5 * self.size.y - f64::from(y) - 0.5) * scale;
+        let across = (f64::from(x) * self.spacing + 0.5 - 0.5 * self.size.x) * scale;
+        let along = (0.5 * self.size.y - f64::from(y) * self.spacing - 0.5) * scale;
         let offset = self.axes.right * across + self.axes.up * along;
         if self.orthographic {
             Ray { origin: self.position + offset, direction: self.axes.forward }
@@ -226,7 +239,8 @@ impl RayGenerator {
         let scale = 2.0 * self.half_height / self.size.y * if self.orthographic { 1.0 } else { depth };
         let (per_x, per_y) = (self.axes.right * scale, self.axes.up * -scale);
         let middle = self.position + self.axes.forward * depth;
-        Self::plane_around(middle, per_x, per_y, self.size)
+        let plane = Self::plane_around(middle, per_x, per_y, self.size);
+        PixelPlane { per_x: per_x * self.spacing, per_y: per_y * self.spacing, ..plane }
     }
 
     fn plane_around(middle: DVec3, per_x: DVec3, per_y: DVec3, size: DVec2) -> PixelPlane {
@@ -317,6 +331,19 @@ mod tests {
                 let off = (point - ray.origin).cross(ray.direction).length();
                 assert!(off < 1e-12, "{off} from the ray of ({x}, {y})");
                 assert!(rays.eye().is_none_or(|eye| eye == ray.origin));
+            }
+        }
+    }
+
+    #[test]
+    fn every_so_many_rays_are_those_of_their_pixels() {
+        for orthographic in [None, Some(7.0)] {
+            let rays = Camera { orthographic, ..camera() }.rays(31, 17);
+            let some = rays.every(3);
+            for (x, y) in [(0, 0), (10, 5), (12, 7)] {
+                assert_eq!(some.pixel(x, y), rays.pixel(3 * x, 3 * y));
+                let (a, b) = (some.plane(2.0).at(x, y), rays.plane(2.0).at(3 * x, 3 * y));
+                assert!((a - b).length() < 1e-12);
             }
         }
     }

@@ -9,8 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::{Camera, CameraError};
 use crate::clip::{
-    Clip, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount, SegmentLimit,
+    BufferDepth, Clip, ClipEvents, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount,
+    SegmentLimit,
 };
+use crate::image::blur::LARGEST_SIGMA;
 use crate::lighting::Lighting;
 use crate::space::WorldFrame;
 use crate::transfer_function::{ControlPoint, TransferFunction};
@@ -224,6 +226,15 @@ pub struct RenderSettings {
     pub segments: SegmentCount,
     /// Whether the last of a limited number of segments goes on to the backmost surface.
     pub backmost: bool,
+    /// Whether steps begin a fixed, pixel by pixel different share of a step later, which turns rings into noise (Termeer
+    /// 4.2.5). GPU engines only.
+    pub jitter: bool,
+    /// Sigma in pixels of a Gaussian that the finished image is blurred by, 0 (not at all) to 64.
+    pub blur: f64,
+    /// How clip meshes are asked where rays cross them. What an engine does not have its own way stands in for.
+    pub clip_events: ClipEvents,
+    /// Bits of a number in the layers that clip surfaces are peeled into, 16 or 32; for `clip_events` peel only.
+    pub buffer_depth: BufferDepth,
 }
 
 impl Default for RenderSettings {
@@ -246,6 +257,10 @@ impl Default for RenderSettings {
             layout: Layout::default(),
             segments: SegmentCount::default(),
             backmost: false,
+            jitter: false,
+            blur: 0.0,
+            clip_events: ClipEvents::default(),
+            buffer_depth: BufferDepth::default(),
         }
     }
 }
@@ -474,6 +489,9 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
             "one of the two: a pre-integrated step needs no finer one",
         ));
     }
+    if !(0.0..=LARGEST_SIGMA).contains(&s.blur) {
+        return Err(setting("blur", s.blur, "0 to 64 pixels"));
+    }
     if let ImageInterpolation::Factor(factor) = s.image_interpolation
         && !ImageInterpolation::FACTORS.contains(&factor)
     {
@@ -648,6 +666,9 @@ mod tests {
             RenderSettings { mode: Mode::Iso, ..Default::default() },
             RenderSettings { image_interpolation: ImageInterpolation::Factor(1), ..Default::default() },
             RenderSettings { image_interpolation: ImageInterpolation::Factor(17), ..Default::default() },
+            RenderSettings { blur: -0.5, ..Default::default() },
+            RenderSettings { blur: f64::NAN, ..Default::default() },
+            RenderSettings { blur: 65.0, ..Default::default() },
         ];
         for s in wrong {
             assert!(validate_settings(&s).is_err(), "{s:?}");

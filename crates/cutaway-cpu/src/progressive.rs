@@ -135,7 +135,8 @@ impl Progressive<'_> {
     pub fn image(&self) -> Image {
         let depths = DepthFill::of(self.scene.settings().mode);
         let size = self.scene.resolution();
-        self.renderer.install(|| self.current.filled(size, 1, depths)).into_image()
+        let blur = self.scene.settings().blur;
+        self.renderer.install(|| self.current.filled(size, 1, depths).into_image().blurred(blur))
     }
 
     /// What all calls together took.

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cutaway_core::image::Image;
-use cutaway_core::scene::{ImageInterpolation, Scene};
+use cutaway_core::scene::{ImageInterpolation, RenderSettings, Scene};
 use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::{Volume, Voxels};
 use fearless_simd::Level;
@@ -92,6 +92,12 @@ pub struct Statistics {
     pub skipped_fraction: f64,
 }
 
+/// What of these settings the engine does without, in words for whoever asked for it.
+pub fn notices(settings: &RenderSettings) -> Vec<String> {
+    let jitter = "the cpu engine does not jitter; `--adaptive-threshold` or `--pre-integration` are against rings, too";
+    if settings.jitter { vec![jitter.to_owned()] } else { Vec::new() }
+}
+
 /// Threads and an instruction set.
 #[derive(Debug)]
 pub struct CpuRenderer {
@@ -160,7 +166,7 @@ impl CpuRenderer {
             ImageInterpolation::Factor(factor) => render.every_so_many(factor),
             ImageInterpolation::Adaptive => render.adaptive(),
         });
-        (raster.into_image(), render.tally.statistics())
+        (self.install(|| raster.into_image().blurred(scene.settings().blur)), render.tally.statistics())
     }
 
     /// Runs work on every thread at once.

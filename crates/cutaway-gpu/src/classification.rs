@@ -14,7 +14,7 @@ use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
-use crate::raycast::BlockLevels;
+use crate::raycast::{BlockLevels, GpuPreintegration};
 use crate::volume::{GpuVolume, Texels, Wanted};
 
 /// From texels to entries of the table.
@@ -46,6 +46,7 @@ pub struct GpuClassification {
     wanted: Option<Arc<Wanted>>,
     notices: Vec<Notice>,
     proxy: Mutex<Option<Arc<ProxyGeometry>>>,
+    preintegration: Option<GpuPreintegration>,
 }
 
 impl GpuClassification {
@@ -75,7 +76,18 @@ impl GpuClassification {
         })?;
         let occupied_fraction = occupancy.occupied_fraction();
         let proxy = Mutex::new(None);
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction, wanted, notices, proxy })
+        let preintegration = GpuPreintegration::new(gpu, scene, volume)?;
+        Ok(Self {
+            table,
+            index_map,
+            occupied,
+            blocks,
+            occupied_fraction,
+            wanted,
+            notices,
+            proxy,
+            preintegration,
+        })
     }
 
     /// What of the volume is shown otherwise than it is.
@@ -95,7 +107,8 @@ impl GpuClassification {
 
     /// What it takes of the device's memory.
     pub fn bytes(&self) -> u64 {
-        self.table.size() + self.occupied.size()
+        let integrals = self.preintegration.as_ref().map_or(0, GpuPreintegration::bytes);
+        self.table.size() + self.occupied.size() + integrals
     }
 
     pub(crate) fn index_map(&self) -> IndexMap {
@@ -104,6 +117,11 @@ impl GpuClassification {
 
     pub(crate) fn blocks(&self) -> BlockLevels {
         self.blocks
+    }
+
+    /// The tables of pre-integrated steps, where the scene asks for them.
+    pub(crate) fn preintegration(&self) -> Option<&GpuPreintegration> {
+        self.preintegration.as_ref()
     }
 
     pub(crate) fn table(&self) -> &wgpu::Buffer {

@@ -92,6 +92,17 @@ pub enum GpuError {
         /// How many fit.
         most: u64,
     },
+    /// More layers of clip surfaces than a texture has.
+    #[error(
+        "peeling the clip's meshes needs {needed} layers, and a texture has {most}; take `--clip-events lists` or fewer \
+         `--segments`"
+    )]
+    TooManyLayers {
+        /// How many there are at least.
+        needed: u64,
+        /// How many fit.
+        most: u32,
+    },
     /// The driver refused what should be right: a fault of ours, or of the driver.
     #[error("the GPU refused {what}: {reason}")]
     Refused {

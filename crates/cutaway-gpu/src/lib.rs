@@ -28,7 +28,7 @@ pub mod raycast;
 mod volume;
 
 pub use classification::GpuClassification;
-pub use clip_layers::ClipStatistics;
+pub use clip_layers::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
 pub use geometry::{OpaqueGeometry, OpaquePart};

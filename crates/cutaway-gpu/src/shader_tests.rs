@@ -13,8 +13,14 @@ const SHADERS: &[(&str, &str)] = &[
     ("proxy range", crate::proxy::RANGE_SHADER),
     ("opaque surface", crate::geometry::SURFACE_SHADER),
     ("behind", crate::geometry::BEHIND_SHADER),
+    ("fill", crate::raycast::FILL_SHADER),
+    ("blur", crate::raycast::BLUR_SHADER),
+    ("directions", crate::raycast::DIRECTIONS_SHADER),
     ("lists", crate::clip_layers::LISTS_SHADER),
     ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
+    ("peel", crate::clip_layers::PEEL_SHADER),
+    ("peel_count", crate::clip_layers::PEEL_COUNT_SHADER),
+    ("sweep_peel", crate::clip_layers::SWEEP_PEEL_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -53,6 +59,25 @@ macro_rules! assert_layout {
         assert_eq!(layout(&$module, $name), host);
         assert_eq!(size(&$module, $name) as usize, size_of::<$host>());
     };
+}
+
+#[test]
+fn peeled_meshes_match_the_shader() {
+    let module = module(crate::clip_layers::SWEEP_PEEL_SHADER);
+    assert_layout!(
+        module,
+        "PeeledMesh",
+        crate::clip_layers::PeeledMesh {
+            leaf,
+            entering,
+            entering_count,
+            leaving,
+            leaving_count,
+            backmost,
+            half,
+            reserved,
+        }
+    );
 }
 
 #[test]
@@ -108,7 +133,7 @@ fn frame_uniforms_match_the_shader() {
             bins_last,
             nodes,
             value_sign,
-            reserved,
+            adaptive_threshold,
         }
     );
 }
@@ -159,6 +184,14 @@ fn proxy_uniforms_match_the_shaders() {
         "Paint",
         crate::geometry::PaintUniforms { color, lit, depth_unit, reserved_x, reserved_y, reserved_z }
     );
+}
+
+#[test]
+fn what_passes_are_told_matches_their_shaders() {
+    use crate::raycast::{Blur, Fill, Slab};
+    assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
+    assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
+    assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
 }
 
 #[test]

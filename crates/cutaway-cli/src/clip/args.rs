@@ -4,8 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use cutaway_core::clip::{Impregnation, SegmentCount};
-use cutaway_mesh::EventFinder;
+use cutaway_core::clip::{BufferDepth, ClipEvents, Impregnation, SegmentCount};
 
 use super::shape;
 use crate::values::{self, List, number};
@@ -37,9 +36,13 @@ pub(crate) struct ClipOptions {
     /// The last of a limited number of segments goes on to the backmost surface
     #[arg(long)]
     pub(crate) backmost: bool,
-    /// How a mesh is asked where rays cross it: raster, bvh, octree or grid; all find the same [raster]
+    /// How a mesh is asked where rays cross it: raster, bvh, octree or grid by the CPU, lists or peel by a GPU; all find
+    /// the same [auto: raster, lists]
     #[arg(long, value_name = "HOW", value_parser = values::clip_events)]
-    pub(crate) clip_events: Option<EventFinder>,
+    pub(crate) clip_events: Option<ClipEvents>,
+    /// Bits of a number in peeled layers: 16 (half the memory, less exact) or 32 [32]
+    #[arg(long, value_name = "BITS", value_parser = values::buffer_depth, allow_hyphen_values = true)]
+    pub(crate) buffer_depth: Option<BufferDepth>,
     /// How the light on a cut reaches below it: none, step or linear [linear]
     #[arg(long, value_name = "HOW", value_parser = values::impregnation)]
     pub(crate) impregnation: Option<Impregnation>,

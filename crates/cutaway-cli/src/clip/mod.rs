@@ -1,6 +1,7 @@
 //! Clipping, from options and a scene file to a tree of solids.
 
 mod args;
+pub(crate) mod events;
 mod shape;
 mod solids;
 
@@ -10,7 +11,7 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use cutaway_core::clip::{Clip, ClipFile, ClipShading, Node, Pose};
 use cutaway_core::glam::{DAffine3, DVec3};
-use cutaway_core::scene::SceneFile;
+use cutaway_core::scene::{RenderSettings, SceneFile};
 use cutaway_core::volume::Volume;
 
 pub(crate) use args::{ClipArgs, Step};
@@ -37,8 +38,9 @@ impl PreparedClip {
         args: &ClipArgs,
         scene: Option<(&SceneFile, &Path)>,
         volume: &Volume,
+        settings: &RenderSettings,
     ) -> anyhow::Result<Option<Self>> {
-        let mut solids = Solids::new(args.options.clip_events.unwrap_or_default());
+        let mut solids = Solids::new(events::finder(settings.clip_events));
         let in_file = match scene.and_then(|(file, path)| Some((file.clip.as_ref()?, path))) {
             Some((clip, path)) => Some(from_here(clip, path)?),
             None => None,

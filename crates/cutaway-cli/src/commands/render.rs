@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
+use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::scene::Mode;
 use cutaway_io::atomic::write_atomically;
@@ -11,6 +12,7 @@ use cutaway_io::image::{BitDepth, ImageFormat, encode_image, write_depth, write_
 
 use super::session::Session;
 use crate::args::{Bits, RenderArgs};
+use crate::clip::events;
 use crate::outputs::Outputs;
 use crate::report::{self, Verbosity, wrong_use};
 use crate::scene::Prepared;
@@ -27,8 +29,8 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     if !args.scene.iso.is_empty() && prepared.settings.mode != Mode::Iso {
         verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
     }
-    notice_clip_options(args, &prepared, verbosity);
     let mut session = Session::new(&prepared, &args.scene, verbosity)?;
+    notice_clip_options(args, &prepared, session.clip_events_home(), verbosity);
     let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;
     let progress = verbosity.progress("rendering");
     let (image, statistics, frame_ms) = session.frame(&|share| progress.set(share))?;
@@ -50,11 +52,13 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
 }
 
 /// Says which options of clipping do nothing.
-fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, verbosity: Verbosity) {
+fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, here: ClipEventsHome, verbosity: Verbosity) {
     let o = &args.scene.clip.options;
     let given = [
         ("--segments", o.segments.is_some()),
         ("--backmost", o.backmost),
+        ("--clip-events", o.clip_events.is_some()),
+        ("--buffer-depth", o.buffer_depth.is_some()),
         ("--impregnation", o.impregnation.is_some()),
         ("--impregnation-thickness", o.impregnation_thickness.is_some()),
         ("--clip-intensity", o.clip_intensity.is_some()),
@@ -68,6 +72,16 @@ fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, verbosity: Verbos
         } else if (option == "--cap" && mode != Mode::Iso) || (impregnates && mode != Mode::Composite) {
             verbosity.notice(&format!("{option} has no effect in {} mode", mode.name()));
         }
+    }
+    if unclipped {
+        return;
+    }
+    if o.buffer_depth.is_some() && !events::peels(&prepared.settings, here) {
+        verbosity
+            .notice("--buffer-depth has no effect: nothing is peeled without a GPU and --clip-events peel");
+    }
+    if let Some(notice) = events::substitute(&prepared.settings, here) {
+        verbosity.notice(&notice);
     }
 }
 

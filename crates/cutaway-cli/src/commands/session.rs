@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use cutaway_core::camera::Camera;
+use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
 use cutaway_core::scene::{Engine, Scene};
@@ -113,6 +114,14 @@ impl<'a> Session<'a> {
         };
         let load_ms = prepared.loaded.load_ms;
         Ok(Self { scene, engine, cpu, verbosity, load_ms, prepare_ms, classify_ms })
+    }
+
+    /// Which ways of finding clip events the engine has.
+    pub(crate) fn clip_events_home(&self) -> ClipEventsHome {
+        match &self.engine {
+            Running::Cpu { .. } | Running::Reference { .. } => ClipEventsHome::Cpu,
+            Running::Raycast(_) => ClipEventsHome::Gpu,
+        }
     }
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {

@@ -12,6 +12,7 @@
 
 mod event;
 mod file;
+mod finding;
 mod flat;
 mod pose;
 mod shading;
@@ -23,6 +24,7 @@ mod tree;
 
 pub use event::{Crossing, Event, Solid};
 pub use file::{ClipFile, ClipSource, ExternalSolid, LoadSolid};
+pub use finding::{BufferDepth, ClipEvents, ClipEventsHome};
 pub use flat::{FlatClip, FlatGate, FlatLeaf, FlatWire};
 pub use pose::{Pose, PoseError};
 pub use shading::{ClipShading, Impregnation, SegmentCount};

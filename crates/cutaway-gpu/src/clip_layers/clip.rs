@@ -20,6 +20,8 @@ pub(crate) struct GpuClip {
     pub(super) keeps_outside: bool,
     /// Which leaf each belongs to.
     pub(super) meshes: Vec<(u32, Arc<GpuMesh>)>,
+    /// Of each leaf, whether its pose mirrors.
+    pub(super) mirrored: Vec<bool>,
     /// What had to be uploaded of meshes, in bytes.
     pub(super) uploaded: u64,
 }
@@ -42,6 +44,7 @@ impl GpuClip {
             }
         }
         cache.forget_dropped();
+        let mirrored = leaves.iter().map(|leaf: &Leaf| leaf.mirrored == 1).collect();
         let mut gates: Vec<[u32; 4]> = clip
             .gates()
             .map(|gate| {
@@ -75,7 +78,7 @@ impl GpuClip {
             ]
         })?;
         let keeps_outside = clip.keeps_outside();
-        Ok(Self { leaves, gates, leaf_count, gate_count, keeps_outside, meshes, uploaded })
+        Ok(Self { leaves, gates, leaf_count, gate_count, keeps_outside, meshes, mirrored, uploaded })
     }
 
     /// Words of the expression's state on one ray.

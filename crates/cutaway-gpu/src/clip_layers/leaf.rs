@@ -9,7 +9,7 @@ use cutaway_core::glam::{DAffine3, DMat3, DVec3};
 use cutaway_mesh::MeshSolid;
 
 use super::mesh::Frame;
-use crate::raycast::RayPlane;
+use crate::raycast::{RayPlane, off_axis};
 
 /// Where a value goes that is the expression's own.
 pub(super) const ROOT: u32 = u32::MAX;
@@ -55,16 +55,17 @@ pub(crate) struct View {
     origin: DVec3,
     /// Half the width and height of the image: at depth 1, or anywhere where rays are parallel.
     half_size: [f64; 2],
+    /// Of the image's middle, in halves of its size.
+    off_axis: [f64; 2],
 }
 
 impl View {
     pub(crate) fn new(plane: RayPlane, size: [u32; 2]) -> Self {
         let pixel = plane.rays.plane(1.0).per_x.length();
         let [width, height] = size.map(f64::from);
-        let points = &plane.points;
-        let middle = points.first + points.per_x * (0.5 * width - 0.5) + points.per_y * (0.5 * height - 0.5);
-        let origin = plane.rays.eye().unwrap_or(middle);
-        Self { plane, origin, half_size: [0.5 * pixel * width, 0.5 * pixel * height] }
+        let origin = plane.rays.on_axis(0.0);
+        let off_axis = off_axis(&plane.rays, size);
+        Self { plane, origin, half_size: [0.5 * pixel * width, 0.5 * pixel * height], off_axis }
     }
 
     /// Half the volume's diagonal, in world units.
@@ -76,15 +77,20 @@ impl View {
     fn clip_from_world(&self) -> [(DVec3, f64); 4] {
         let axes = self.plane.rays.axes();
         let row = |v: DVec3| (v, -v.dot(self.origin));
-        let (x, y) = (row(axes.right / self.half_size[0]), row(axes.up / self.half_size[1]));
-        match self.plane.rays.eye() {
-            Some(_) => {
-                let (w, at) = row(axes.forward);
-                [x, y, (w, at - NEAREST * self.plane.radius), (w, at)]
-            }
+        let w = match self.plane.rays.eye() {
+            Some(_) => row(axes.forward),
+            None => (DVec3::ZERO, 1.0),
+        };
+        let side = |axis: DVec3, i: usize| {
+            let (along, at) = row(axis / self.half_size[i]);
+            (along + w.0 * self.off_axis[i], at + w.1 * self.off_axis[i])
+        };
+        let depth = match self.plane.rays.eye() {
+            Some(_) => (w.0, w.1 - NEAREST * self.plane.radius),
             // The whole line of a parallel ray, behind its origin too.
-            None => [x, y, (DVec3::ZERO, 0.5), (DVec3::ZERO, 1.0)],
-        }
+            None => (DVec3::ZERO, 0.5),
+        };
+        [side(axes.right, 0), side(axes.up, 1), depth, w]
     }
 
     /// How many times the eye is inside a mesh.

@@ -5,70 +5,19 @@
 // ray that is, is computed here, from the triangle's plane and the ray itself.
 
 import package::clip_layers::leaf::{direction_in_object, first_at, leaves, normal_in_world};
-import package::clip_layers::octahedral::{octahedral_packed, octahedral_unpacked};
+import package::clip_layers::mesh::{Corner, corner_of, crossing_of};
+import package::clip_layers::octahedral::octahedral_packed;
 import package::shared::frame::frame;
 import package::shared::ray::ray_of;
-
-// Of the mesh: x, y, z of each vertex from the object's middle; three vertices a triangle; the normal at each corner of each
-// triangle, octahedral.
-@group(2) @binding(0) var<storage, read> mesh_positions: array<f32>;
-@group(2) @binding(1) var<storage, read> mesh_triangles: array<u32>;
-@group(2) @binding(2) var<storage, read> mesh_normals: array<u32>;
 
 @group(3) @binding(0) var<storage, read_write> heads: array<atomic<u32>>;
 @group(3) @binding(1) var<storage, read_write> nodes: array<vec4u>;
 @group(3) @binding(2) var<storage, read_write> node_count: atomic<u32>;
 
-struct Corner {
-    @invariant @builtin(position) position: vec4f,
-    // Corners of the triangle in object space.
-    @location(0) @interpolate(flat) a: vec3f,
-    @location(1) @interpolate(flat) b: vec3f,
-    @location(2) @interpolate(flat) c: vec3f,
-    @location(3) normal: vec3f,
-    @location(4) @interpolate(flat) leaf: u32,
-}
-
-fn mesh_position(vertex: u32) -> vec3f {
-    return vec3f(mesh_positions[3u * vertex], mesh_positions[3u * vertex + 1u], mesh_positions[3u * vertex + 2u]);
-}
-
 // The instance is the object.
 @vertex
 fn mesh_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) leaf: u32) -> Corner {
-    let first = corner - corner % 3u;
-    let own = vec4f(mesh_position(mesh_triangles[corner]), 1.0);
-    let at = vec4f(
-        dot(leaves[leaf].clip_x, own),
-        dot(leaves[leaf].clip_y, own),
-        dot(leaves[leaf].clip_z, own),
-        dot(leaves[leaf].clip_w, own),
-    );
-    return Corner(
-        at,
-        mesh_position(mesh_triangles[first]),
-        mesh_position(mesh_triangles[first + 1u]),
-        mesh_position(mesh_triangles[first + 2u]),
-        octahedral_unpacked(mesh_normals[corner]),
-        leaf,
-    );
-}
-
-// Where a ray crosses a triangle that it is known to cross: on its plane, and, of triangles seen nearly edge-on, not beyond
-// its corners. A corner's place along the ray is where a plane across the ray holds it; the crossing, a mean of the corners,
-// has a mean of their places.
-fn crossing_of(corner: Corner, point: vec3f, direction: vec3f) -> f32 {
-    let a = corner.a - point;
-    let b = corner.b - point;
-    let c = corner.c - point;
-    let square = dot(direction, direction);
-    let places = vec3f(dot(a, direction), dot(b, direction), dot(c, direction)) / square;
-    let nearest = min(places.x, min(places.y, places.z));
-    let farthest = max(places.x, max(places.y, places.z));
-    let normal = cross(b - a, c - a);
-    let slope = dot(normal, direction);
-    let on_plane = dot(normal, a) / select(slope, 1.0, slope == 0.0);
-    return clamp(select(on_plane, nearest, slope == 0.0), nearest, farthest);
+    return corner_of(corner, leaf);
 }
 
 @fragment

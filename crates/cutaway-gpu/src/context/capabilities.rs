@@ -134,5 +134,6 @@ pub(crate) fn all_capabilities() -> Capabilities {
         max_texture_2d: 8192,
         max_buffer: 1 << 30,
         max_texture_bytes: 1 << 30,
+        sorted_ranges: false,
     }
 }

@@ -6,6 +6,7 @@ use cutaway_core::glam::{DMat4, DVec3, DVec4};
 use cutaway_core::scene::Scene;
 
 use crate::context::Capabilities;
+use crate::raycast::{off_axis, rays_of};
 
 /// As `Build` in `cells.wgsl`.
 #[repr(C)]
@@ -95,7 +96,7 @@ impl ViewUniforms {
         gathering: Gathering,
     ) -> Self {
         let volume = scene.volume();
-        let rays = scene.camera().rays(width, height);
+        let rays = rays_of(scene, [width, height]);
         let corners = volume.corners_in_world();
         let farthest = corners.iter().map(|c| rays.depth_of(*c)).fold(0.0, f64::max);
         let radius = 0.5 * (0..4).map(|c| corners[c].distance(corners[7 - c])).fold(0.0, f64::max);
@@ -143,7 +144,7 @@ impl ViewUniforms {
 /// Only what is behind the eye is clipped: where depth in clip space is negative, or w.
 pub(crate) fn clip_from_world(scene: &Scene, [width, height]: [u32; 2], far: f64) -> DMat4 {
     let camera = scene.camera();
-    let rays = camera.rays(width, height);
+    let rays = rays_of(scene, [width, height]);
     let plane = rays.plane(1.0);
     let half = |per_pixel: DVec3, pixels: u32| 0.5 * per_pixel.length() * f64::from(pixels);
     let (axes, position) = (rays.axes(), DVec3::from_array(camera.position));
@@ -151,10 +152,10 @@ pub(crate) fn clip_from_world(scene: &Scene, [width, height]: [u32; 2], far: f64
     let x = row(axes.right) / half(plane.per_x, width);
     let y = row(axes.up) / half(plane.per_y, height);
     let depth = row(axes.forward) / far;
-    let rows = match rays.eye() {
-        Some(_) => [x / far, y / far, 0.5 * depth, depth],
-        None => [x, y, 0.5 * depth, DVec4::W],
-    };
+    let w = if rays.eye().is_some() { depth } else { DVec4::W };
+    let scale = if rays.eye().is_some() { far } else { 1.0 };
+    let [off_x, off_y] = off_axis(&rays, [width, height]);
+    let rows = [x / scale + w * off_x, y / scale + w * off_y, 0.5 * depth, w];
     DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
 }
 

@@ -3,12 +3,14 @@
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image with depth, and what it took. A frame goes to
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
+mod finish;
 mod pipelines;
 mod readback;
+mod sampling;
 mod targets;
 mod uniforms;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
@@ -16,7 +18,7 @@ use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
-use crate::clip_layers::{ClipLayers, ClipStatistics};
+use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
@@ -26,10 +28,18 @@ use crate::proxy::{
     draw_wireframe,
 };
 use crate::volume::GpuVolume;
+#[cfg(test)]
+pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
+use finish::{Finisher, Lattice};
 use pipelines::{Inputs, Pipelines, Variant};
+pub(crate) use sampling::GpuPreintegration;
+pub use sampling::notices;
+#[cfg(test)]
+pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
+use sampling::{GpuDirections, SamplingVariant, cost_of_step};
 pub(crate) use targets::tiles;
 use targets::{FORMATS, Targets};
-pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane};
+pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
 pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
@@ -55,6 +65,7 @@ pub struct RaycastRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
     targets: Mutex<Option<Targets>>,
+    finisher: Finisher,
     clip: Mutex<ClipLayers>,
     proxy: ProxyPipelines,
     proxy_options: ProxyOptions,
@@ -76,9 +87,23 @@ pub struct Extras<'a> {
 pub struct PreparedVolume {
     voxels: GpuVolume,
     ranges: ValueRanges,
+    /// Made when a scene first asks for them.
+    directions: OnceLock<GpuDirections>,
 }
 
 impl PreparedVolume {
+    /// Directions of its gradient, where a scene wants them.
+    fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
+        if !SamplingVariant::of(scene).wants_directions() {
+            return Ok(None);
+        }
+        if let Some(made) = self.directions.get() {
+            return Ok(Some(made));
+        }
+        let made = GpuDirections::new(gpu, scene.volume(), &self.voxels)?;
+        Ok(Some(self.directions.get_or_init(|| made)))
+    }
+
     /// The voxels on the device.
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
@@ -98,7 +123,18 @@ impl RaycastRenderer {
         let geometry = GeometryPipelines::new(gpu)?;
         let proxy_options = ProxyOptions::default();
         let (targets, ranges, clip) = (Mutex::new(None), Mutex::new(None), Mutex::default());
-        Ok(Self { gpu: gpu.clone(), pipelines, targets, proxy, proxy_options, ranges, geometry, clip })
+        let finisher = Finisher::new(gpu)?;
+        Ok(Self {
+            gpu: gpu.clone(),
+            pipelines,
+            targets,
+            finisher,
+            clip,
+            proxy,
+            proxy_options,
+            ranges,
+            geometry,
+        })
     }
 
     /// The same with other proxy geometry.
@@ -117,12 +153,22 @@ impl RaycastRenderer {
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
         let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
-        Ok(PreparedVolume { voxels, ranges })
+        Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
     }
 
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
         GpuClassification::new(&self.gpu, &volume.ranges, &volume.voxels, scene)
+    }
+
+    /// How far the meshes of clips are peeled, where a scene's `clip_events` say so.
+    pub fn set_peeling(&self, settings: PeelSettings) {
+        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).peel_settings = settings;
+    }
+
+    /// The layers that the frame rendered last was peeled into, which was one of this scene; none where it was not peeled.
+    pub fn peeled_layers(&self, scene: &Scene) -> Result<Vec<ClipLayer>, GpuError> {
+        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).layers(&self.gpu, scene)
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
@@ -147,7 +193,7 @@ impl RaycastRenderer {
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
-        let resolution = scene.settings().resolution;
+        let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let targets = match kept.take() {
             Some(targets) if targets.size() == resolution => targets,
@@ -168,13 +214,17 @@ impl RaycastRenderer {
             None => ClipStatistics::default(),
         };
         let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
-        let inputs = Inputs { volume: &volume.voxels, classification, range, segments };
+        let directions = volume.directions(&self.gpu, scene)?;
+        let inputs = Inputs { volume: &volume.voxels, classification, range, directions, segments };
         self.draw(&inputs, scene, &frame, &targets, progress)?;
         self.draw_extras(&found, extras, &targets)?;
-        let read = readback::read(&self.gpu, &targets)?;
+        let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
+        let read = readback::read(&self.gpu, &finished.textures)?;
         let bytes = volume.voxels.bytes()
             + classification.bytes()
             + targets.bytes()
+            + finished.bytes
+            + directions.map_or(0, GpuDirections::bytes)
             + clip_layers.bytes()
             + proxy.map_or(0, |proxy| proxy.bytes())
             + ranges.as_ref().map_or(0, RangeTargets::bytes);
@@ -257,7 +307,8 @@ impl RaycastRenderer {
         let groups = self
             .gpu
             .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
-        let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
+        let tiles =
+            tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {
                 let mut encoder =
@@ -267,6 +318,7 @@ impl RaycastRenderer {
                     pass.set_pipeline(&pipeline);
                     pass.set_bind_group(0, &groups[0], &[]);
                     pass.set_bind_group(1, &groups[1], &[]);
+                    pass.set_bind_group(2, &groups[2], &[]);
                     pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
                     pass.draw(0..3, 0..1);
                 }

@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 
+use super::sampling::{GpuDirections, SamplingBindings, SamplingInputs, SamplingVariant};
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
@@ -19,6 +20,8 @@ pub(crate) struct Inputs<'a> {
     pub(crate) classification: &'a GpuClassification,
     /// Where each ray begins and ends, if not at the volume's box.
     pub(crate) range: Option<&'a wgpu::TextureView>,
+    /// Directions of the gradient, where the scene asks for them.
+    pub(crate) directions: Option<&'a GpuDirections>,
     /// The ranges and the list of the segments that clipping leaves.
     pub(crate) segments: Option<[&'a wgpu::Buffer; 2]>,
 }
@@ -36,6 +39,7 @@ pub(crate) struct Variant {
     /// Cells along an edge of a brick, for a volume in bricks.
     brick_edge: Option<u32>,
     proxy: bool,
+    sampling: SamplingVariant,
     clipped: bool,
 }
 
@@ -57,6 +61,7 @@ impl Variant {
             brick_edge: volume.brick_edge(),
             skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
             proxy: inputs.range.is_some(),
+            sampling: SamplingVariant::of(scene),
             clipped: scene.clip().is_some(),
         }
     }
@@ -70,7 +75,7 @@ impl Variant {
             Mode::Mean => 4.0,
         };
         let flag = |on: bool| f64::from(u8::from(on));
-        vec![
+        let mut constants = vec![
             ("MODE", mode),
             ("SHADED", flag(self.shaded)),
             ("DIFFUSE_CURVE", f64::from(self.curve)),
@@ -80,7 +85,9 @@ impl Variant {
             ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
             ("PROXY", flag(self.proxy)),
             ("CLIPPED", flag(self.clipped)),
-        ]
+        ];
+        constants.extend(self.sampling.constants());
+        constants
     }
 }
 
@@ -93,6 +100,7 @@ pub(crate) struct Pipelines {
     made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
     samplers: [wgpu::Sampler; 2],
     nothing: Nothing,
+    sampling: SamplingBindings,
 }
 
 /// What is bound where there is nothing to bind.
@@ -119,7 +127,9 @@ impl Pipelines {
                     ..wgpu::SamplerDescriptor::default()
                 })
             });
-            Self { shader, layouts, made: Mutex::default(), samplers, nothing: Nothing::new(device) }
+            let sampling = SamplingBindings::new(gpu);
+            let nothing = Nothing::new(device);
+            Self { shader, layouts, made: Mutex::default(), samplers, nothing, sampling }
         })
     }
 
@@ -138,7 +148,7 @@ impl Pipelines {
         let [scene, frame] = &self.layouts[usize::from(variant.filterable)];
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("raycast"),
-            bind_group_layouts: &[Some(scene), Some(frame)],
+            bind_group_layouts: &[Some(scene), Some(frame), Some(self.sampling.layout())],
             immediate_size: 0,
         });
         let constants = variant.constants();
@@ -166,14 +176,14 @@ impl Pipelines {
         })
     }
 
-    /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
+    /// Binds a frame's inputs: what belongs to the scene, to the image, and to the way of sampling.
     pub(crate) fn bind(
         &self,
         gpu: &Gpu,
         inputs: &Inputs,
         resident: &Resident,
         uniforms: &FrameUniforms,
-    ) -> [wgpu::BindGroup; 2] {
+    ) -> [wgpu::BindGroup; 3] {
         let device = gpu.device();
         let filterable = inputs.volume.texels().filterable(gpu.capabilities());
         let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
@@ -206,7 +216,11 @@ impl Pipelines {
                 list.as_entire_binding(),
             ],
         );
-        [scene, image]
+        let sampling = SamplingInputs {
+            preintegration: inputs.classification.preintegration(),
+            directions: inputs.directions,
+        };
+        [scene, image, self.sampling.bind(gpu, sampling)]
     }
 }
 

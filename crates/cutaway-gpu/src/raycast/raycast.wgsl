@@ -4,6 +4,8 @@
 import package::raycast::composite::{SHADED, composite};
 import package::raycast::isosurface::isosurfaces;
 import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface};
+import package::raycast::sampling::refined::{STEPPING, composite_refined};
+import package::raycast::sampling::steps::set_jitter;
 import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
 import package::shared::blocks::visible_range;
 import package::shared::face::{Face, face_of};
@@ -38,6 +40,7 @@ fn whole_image(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 fn cast_pixel(@builtin(position) at: vec4f) -> Output {
     let place = vec2u(at.xy);
     let ray = ray_of(vec2f(place));
+    set_jitter(place);
     var range = box_range(ray);
     if PROXY {
         let ends = textureLoad(proxy_range, place, 0);
@@ -110,7 +113,9 @@ fn cast_segment(
     t_near: f32,
     t_far: f32,
 ) {
-    if MODE == 0u {
+    if MODE == 0u && STEPPING != 0u {
+        composite_refined(pixel, ray, face, t_near, t_far);
+    } else if MODE == 0u {
         composite(pixel, ray, face, t_near, t_far);
     } else if MODE == 1u {
         isosurfaces(pixel, ray, face, t_near, t_far);

@@ -7,6 +7,7 @@ use cutaway_core::field::vanishing_gradient;
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::scene::{Mode, Scene};
 
+use super::finish::Lattice;
 use crate::classification::GpuClassification;
 use crate::volume::GpuVolume;
 
@@ -60,11 +61,11 @@ pub(crate) struct FrameUniforms {
     pub(crate) bins_last: u32,
     pub(crate) nodes: u32,
     pub(crate) value_sign: f32,
-    pub(crate) reserved: u32,
+    pub(crate) adaptive_threshold: f32,
 }
 
 impl FrameUniforms {
-    /// The rays of a scene's camera, an image of `resolution` pixels, and what was prepared of the scene's volume.
+    /// The rays of a scene's camera, a [`Lattice`] of `resolution` of its pixels, and what was prepared of the scene's volume.
     pub(crate) fn new(
         scene: &Scene,
         volume: &GpuVolume,
@@ -140,6 +141,7 @@ impl FrameUniforms {
         self.step_length = scene.step_length() as f32;
         // Of an image in f32, what is less cannot be seen.
         self.opaque_below = (1.0 - settings.early_termination).max(1e-7) as f32;
+        self.adaptive_threshold = settings.adaptive_threshold.unwrap_or(1.0) as f32;
         self.iso_opacity = settings.iso_opacity as f32;
         self.iso_count = if settings.mode == Mode::Iso { settings.iso.len() as u32 } else { 0 };
     }
@@ -160,6 +162,11 @@ impl FrameUniforms {
     fn set_classification(&mut self, classification: &GpuClassification) {
         let map = classification.index_map();
         (self.table_offset, self.table_scale, self.table_last) = (map.offset, map.scale, map.last);
+        if let Some(tables) = classification.preintegration() {
+            let map = tables.index_map();
+            (self.bins_offset, self.bins_scale, self.bins_last) = (map.offset, map.scale, map.last);
+            self.nodes = tables.nodes();
+        }
         let blocks = classification.blocks();
         self.blocks = blocks.fine.to_array();
         self.coarse_blocks = blocks.coarse.to_array();
@@ -181,15 +188,39 @@ pub(crate) struct RayPlane {
 }
 
 impl RayPlane {
-    /// Of an image of so many pixels.
-    pub(crate) fn new(scene: &Scene, [width, height]: [u32; 2]) -> Self {
+    /// Of an image of so many pixels, or of the lattice that a scene casts.
+    pub(crate) fn new(scene: &Scene, size: [u32; 2]) -> Self {
         let corners = scene.volume().corners_in_world();
         let radius = 0.5 * corners[0].distance(corners[7]);
-        let rays = scene.camera().rays(width, height);
+        let rays = rays_of(scene, size);
         // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
         let depth = rays.depth_of(scene.volume().center_in_world()).max(radius);
         Self { rays, depth, points: rays.plane(depth), radius }
     }
+}
+
+/// The rays of an image of this size, or of the lattice that a scene casts, of which this is the size.
+pub(crate) fn rays_of(scene: &Scene, size: [u32; 2]) -> RayGenerator {
+    let lattice = Lattice::of(scene);
+    if lattice.spacing > 1 && lattice.size == size {
+        let (width, height) = scene.resolution();
+        return scene.camera().rays(width, height).every(lattice.spacing);
+    }
+    scene.camera().rays(size[0], size[1])
+}
+
+/// How far the middle of an image is from the camera's axis along x and y of its clip space, in halves of its size: none
+/// but of a lattice, whose last pixels may lie beyond the border of the image.
+pub(crate) fn off_axis(rays: &RayGenerator, [width, height]: [u32; 2]) -> [f64; 2] {
+    let plane = rays.plane(1.0);
+    let middle =
+        |first: f64, per_pixel: f64, pixels: u32| (1.0 - 2.0 * first / per_pixel) / f64::from(pixels) - 1.0;
+    let axes = rays.axes();
+    // The point of the axis at depth 1 is where a pixel's would be if it lay half an image from the corner.
+    let first = plane.first - rays.on_axis(1.0);
+    let x = middle(first.dot(axes.right), plane.per_x.length(), width);
+    let y = middle(-first.dot(axes.up), plane.per_y.length(), height);
+    [x, -y]
 }
 
 /// Blocks along each axis, in two levels, and cells along an edge of each.

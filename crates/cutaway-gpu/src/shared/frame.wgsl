@@ -72,7 +72,8 @@ struct Frame {
     nodes: u32,
     // -1: greater texels are lesser values.
     value_sign: f32,
-    reserved: u32,
+    // Differences of opacity and colour from which on a step is cut into finer ones.
+    adaptive_threshold: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
