@@ -8,7 +8,6 @@ use super::{Flavour, ProxyOptions};
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
-use wgpu::util::DeviceExt;
 
 /// Units along a side at most: coordinates have 10 bits, and the last one is the far side.
 const MOST_UNITS: u32 = 1023;
@@ -153,11 +152,11 @@ impl ProxyGeometry {
                     32,
                     storage | wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_SRC,
                 ),
-                counts: gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("proxy counts"),
-                    contents: bytemuck::cast_slice(&counts),
-                    usage: storage | wgpu::BufferUsages::COPY_SRC,
-                }),
+                counts: gpu.buffer(
+                    "proxy counts",
+                    bytemuck::cast_slice(&counts),
+                    storage | wgpu::BufferUsages::COPY_SRC,
+                ),
             }
         })?;
         made.fill(gpu, pipelines, classification)?;
@@ -182,11 +181,8 @@ impl ProxyGeometry {
         for (pipeline, first, groups) in passes.chain([(finish, 0, [1; 3])]) {
             gpu.checked("building the proxy geometry", || {
                 let uniforms = self.grid.uniforms(self.flavour, first);
-                let uniforms = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("proxy build"),
-                    contents: bytemuck::bytes_of(&uniforms),
-                    usage: wgpu::BufferUsages::UNIFORM,
-                });
+                let uniforms =
+                    gpu.buffer("proxy build", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
                 let buffers = [
                     &uniforms,
                     classification.occupied(),
