@@ -23,6 +23,7 @@ impl Image {
     /// The image blurred by a Gaussian of `sigma` pixels (up to [`LARGEST_SIGMA`]); the same where that is not above 0.
     #[must_use]
     pub fn blurred(mut self, sigma: f64) -> Self {
+        // Not-a-numbers are not above 0, either.
         if sigma.is_nan() || sigma <= 0.0 {
             return self;
         }
