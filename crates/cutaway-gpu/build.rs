@@ -4,7 +4,7 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast"];
+const SHADERS: &[&str] = &["raycast::raycast", "ranges::value_ranges", "ranges::occupancy"];
 
 fn main() {
     let mut linker = Wesl::new("src");

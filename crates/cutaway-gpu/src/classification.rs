@@ -3,15 +3,13 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
-use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
-use cutaway_core::value_ranges::{BLOCK, ValueRanges};
 use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::BlockLevels;
+use crate::ranges::{BlockLevels, BlockPipelines, Criterion, GpuRanges, Occupancy};
 use crate::volume::GpuVolume;
 
 /// From texels to entries of the table.
@@ -27,15 +25,14 @@ pub(crate) struct IndexMap {
 pub struct GpuClassification {
     table: wgpu::Buffer,
     index_map: IndexMap,
-    occupied: wgpu::Buffer,
-    blocks: BlockLevels,
-    occupied_fraction: f64,
+    occupancy: Occupancy,
 }
 
 impl GpuClassification {
     pub(crate) fn new(
         gpu: &Gpu,
-        ranges: &ValueRanges,
+        pipelines: &BlockPipelines,
+        ranges: &GpuRanges,
         volume: &GpuVolume,
         scene: &Scene,
     ) -> Result<Self, GpuError> {
@@ -50,34 +47,26 @@ impl GpuClassification {
             last: table.entries().len() as u32 - 1,
         };
         let entries = entries(&table, scene, volume);
-        let occupancy = occupancy(&table, ranges, scene);
-        let (bits, blocks) = packed(&occupancy);
-        let upload = |label, contents: &[u8]| {
-            let usage = wgpu::BufferUsages::STORAGE;
+        let occupancy =
+            Occupancy::new(gpu, pipelines.occupancy(), ranges, &criterion(&table, scene, volume))?;
+        let table = gpu.checked("the transfer function's table", || {
             gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
+                label: Some("table"),
+                contents: bytemuck::cast_slice(&entries),
+                usage: wgpu::BufferUsages::STORAGE,
             })
-        };
-        let (table, occupied) = gpu.checked("the transfer function's table", || {
-            (
-                upload("table", bytemuck::cast_slice(&entries)),
-                upload("occupancy", bytemuck::cast_slice(&bits)),
-            )
         })?;
-        let occupied_fraction = occupancy.occupied_fraction();
-        Ok(Self { table, index_map, occupied, blocks, occupied_fraction })
+        Ok(Self { table, index_map, occupancy })
     }
 
-    /// The share of blocks that can be visible, 0..=1.
-    pub fn occupied_fraction(&self) -> f64 {
-        self.occupied_fraction
+    /// The share of blocks that can be visible, 0..=1. The first call waits for the device to have counted them.
+    pub fn occupied_fraction(&self) -> Result<f64, GpuError> {
+        self.occupancy.occupied_fraction()
     }
 
     /// What it takes of the device's memory.
     pub fn bytes(&self) -> u64 {
-        self.table.size() + self.occupied.size()
+        self.table.size() + self.occupied().size()
     }
 
     pub(crate) fn index_map(&self) -> IndexMap {
@@ -85,7 +74,7 @@ impl GpuClassification {
     }
 
     pub(crate) fn blocks(&self) -> BlockLevels {
-        self.blocks
+        self.occupancy.levels()
     }
 
     pub(crate) fn table(&self) -> &wgpu::Buffer {
@@ -93,7 +82,7 @@ impl GpuClassification {
     }
 
     pub(crate) fn occupied(&self) -> &wgpu::Buffer {
-        &self.occupied
+        self.occupancy.bits()
     }
 }
 
@@ -119,37 +108,35 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
     entries
 }
 
-fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
+/// What makes a value visible in the scene's mode. Projections look at values before they are classified, so that no block
+/// is empty to them.
+fn criterion(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Criterion {
     let settings = scene.settings();
+    let texels = volume.texels();
     let rescale = scene.volume().rescale();
-    let isovalues: Vec<f64> = settings.iso.iter().map(|v| rescale.stored(*v)).collect();
-    let met = |lo: f32, hi: f32| isovalues.iter().any(|v| (f64::from(lo)..=f64::from(hi)).contains(v));
     match settings.mode {
-        _ if settings.space_skipping == SpaceSkipping::Off => Occupancy::full(ranges),
-        Mode::Composite => Occupancy::new(ranges, |lo, hi| table.visible(lo, hi)),
-        Mode::Iso => Occupancy::new(ranges, met),
-        _ => Occupancy::full(ranges),
+        _ if settings.space_skipping == SpaceSkipping::Off => Criterion::All,
+        Mode::Composite => {
+            let (lo, bins_per_unit) = table.index_map();
+            Criterion::Entries {
+                visible_before: visible_before(table),
+                offset: texels.texel(f64::from(lo)),
+                scale: f64::from(bins_per_unit) * texels.stored_per_texel,
+            }
+        }
+        Mode::Iso => {
+            Criterion::Levels(settings.iso.iter().map(|v| texels.texel(rescale.stored(*v))).collect())
+        }
+        _ => Criterion::All,
     }
 }
 
-/// A bit a block: the fine ones, then from a new word on the coarse ones.
-fn packed(occupancy: &Occupancy) -> (Vec<u32>, BlockLevels) {
-    let levels = BlockLevels {
-        fine: occupancy.dimensions(),
-        coarse: occupancy.level1_dimensions(),
-        fine_edge: BLOCK,
-        coarse_edge: BLOCK * BLOCK,
-    };
-    let mut words = Vec::new();
-    let fine = levels.fine.element_product() as usize;
-    let coarse = levels.coarse.element_product() as usize;
-    let mut pack = |count: usize, occupied: &dyn Fn(usize) -> bool| {
-        words.extend((0..count.div_ceil(32)).map(|word| {
-            (word * 32..count.min(word * 32 + 32))
-                .fold(0u32, |bits, i| bits | u32::from(occupied(i)) << (i % 32))
-        }));
-    };
-    pack(fine, &|i| occupancy.level0(i));
-    pack(coarse, &|i| occupancy.level1(i));
-    (words, levels)
+/// Of each entry and of the end: how many entries before it are visible.
+fn visible_before(table: &ClassificationTable) -> Vec<u32> {
+    let mut count = 0;
+    let counted = table.entries().iter().map(|entry| {
+        count += u32::from(entry[3] > 0.0);
+        count
+    });
+    std::iter::once(0).chain(counted).collect()
 }

@@ -8,6 +8,7 @@
 //! | [`Gpu`] | device, queue, what they can do | once |
 //! | [`RaycastRenderer`] | pipelines | once |
 //! | [`GpuVolume`] | voxels | for another volume |
+//! | ranges | least and greatest value of every block | for another volume |
 //! | [`GpuClassification`] | table, occupancy | on an edit of the transfer function, mode or step |
 //! | targets | the image | for another size |
 //! | uniforms | camera, light | each frame |
@@ -19,13 +20,14 @@
 mod classification;
 pub mod context;
 mod error;
+mod ranges;
 pub mod raycast;
 mod volume;
 
 pub use classification::GpuClassification;
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
-pub use raycast::{RaycastRenderer, Statistics};
+pub use raycast::{FetchCounts, RaycastRenderer, Statistics};
 pub use volume::{GpuVolume, Texels};
 
 #[cfg(test)]

@@ -2,10 +2,15 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+use crate::ranges::{OccupancyTask, RangesTask};
 use crate::raycast::FrameUniforms;
 
 /// All linked shaders by name.
-const SHADERS: &[(&str, &str)] = &[("raycast", crate::raycast::SHADER)];
+const SHADERS: &[(&str, &str)] = &[
+    ("raycast", crate::raycast::SHADER),
+    ("value_ranges", crate::ranges::RANGES_SHADER),
+    ("occupancy", crate::ranges::OCCUPANCY_SHADER),
+];
 
 fn module(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
@@ -98,6 +103,33 @@ fn frame_uniforms_match_the_shader() {
             bins_last,
             nodes,
             reserved,
+        }
+    );
+}
+
+#[test]
+fn tasks_of_blocks_match_their_shaders() {
+    assert_layout!(
+        module(crate::ranges::RANGES_SHADER),
+        "RangesTask",
+        RangesTask { dimensions, edge, blocks, first_layer, coarse_blocks, fine_per_coarse }
+    );
+    assert_layout!(
+        module(crate::ranges::OCCUPANCY_SHADER),
+        "OccupancyTask",
+        OccupancyTask {
+            blocks,
+            first_word,
+            coarse_blocks,
+            fine_per_coarse,
+            entry_offset,
+            entry_scale,
+            entry_last,
+            level_count,
+            criterion,
+            fine_words,
+            coarse_words,
+            end_word,
         }
     );
 }

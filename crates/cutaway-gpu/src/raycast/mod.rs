@@ -3,6 +3,7 @@
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image with depth, and what it took. A frame goes to
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
+mod fetches;
 mod pipelines;
 mod readback;
 mod targets;
@@ -12,16 +13,17 @@ use std::sync::Mutex;
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
-use cutaway_core::value_ranges::ValueRanges;
-use cutaway_core::volume::Volume;
+use cutaway_core::volume::{Volume, Voxels};
 
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::ranges::{BlockPipelines, GpuRanges};
 use crate::volume::GpuVolume;
+pub use fetches::FetchCounts;
 use pipelines::{Inputs, Pipelines, Variant};
 use targets::{Targets, tiles};
-pub(crate) use uniforms::{BlockLevels, FrameUniforms};
+pub(crate) use uniforms::FrameUniforms;
 
 /// The linked shader.
 pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
@@ -35,8 +37,11 @@ pub struct Statistics {
     pub samples: u64,
     /// Stretches of occupied blocks.
     pub segments: u64,
-    /// Bytes on the device: volume, tables, targets.
+    /// Bytes on the device: volume, ranges of blocks, tables, targets.
     pub gpu_bytes: u64,
+    /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1. Isosurfaces have no
+    /// samples to skip: 0.
+    pub skipped_fraction: f64,
 }
 
 /// Pipelines on a device.
@@ -44,6 +49,7 @@ pub struct Statistics {
 pub struct RaycastRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
+    blocks: BlockPipelines,
     targets: Mutex<Option<Targets>>,
 }
 
@@ -51,7 +57,7 @@ pub struct RaycastRenderer {
 #[derive(Debug)]
 pub struct PreparedVolume {
     voxels: GpuVolume,
-    ranges: ValueRanges,
+    ranges: GpuRanges,
 }
 
 impl PreparedVolume {
@@ -65,7 +71,8 @@ impl RaycastRenderer {
     /// Makes what all frames share.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let pipelines = Pipelines::new(gpu)?;
-        Ok(Self { gpu: gpu.clone(), pipelines, targets: Mutex::new(None) })
+        let blocks = BlockPipelines::new(gpu)?;
+        Ok(Self { gpu: gpu.clone(), pipelines, blocks, targets: Mutex::new(None) })
     }
 
     /// The device.
@@ -73,15 +80,17 @@ impl RaycastRenderer {
         &self.gpu
     }
 
-    /// Makes a volume ready: uploads it.
+    /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        Ok(PreparedVolume { voxels, ranges: ValueRanges::new(volume) })
+        let whole = !matches!(volume.voxels(), Voxels::F32(_));
+        let ranges = self.blocks.make_ranges(&self.gpu, &voxels, whole)?;
+        Ok(PreparedVolume { voxels, ranges })
     }
 
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
-        GpuClassification::new(&self.gpu, &volume.ranges, &volume.voxels, scene)
+        GpuClassification::new(&self.gpu, &self.blocks, &volume.ranges, &volume.voxels, scene)
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
@@ -93,6 +102,29 @@ impl RaycastRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
+        let frame = self.frame(volume, classification, scene, progress)?;
+        Ok((frame.image, frame.statistics))
+    }
+
+    /// Renders a frame as [`Self::render`] does, for what each pixel of it took.
+    pub fn fetch_counts(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+    ) -> Result<FetchCounts, GpuError> {
+        let frame = self.frame(volume, classification, scene, progress)?;
+        Ok(FetchCounts::new(scene.settings().resolution, frame.fetches))
+    }
+
+    fn frame(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+    ) -> Result<readback::Read, GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
         let resolution = scene.settings().resolution;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -100,13 +132,13 @@ impl RaycastRenderer {
             Some(targets) if targets.size() == resolution => targets,
             _ => Targets::new(&self.gpu, resolution)?,
         };
-        let inputs = Inputs { volume: &volume.voxels, classification };
+        let inputs = Inputs { volume: &volume.voxels, classification, ranges: &volume.ranges };
         self.draw(&inputs, scene, &targets, progress)?;
-        let read = readback::read(&self.gpu, &targets)?;
-        let bytes = volume.voxels.bytes() + classification.bytes() + targets.bytes();
+        let mut read = readback::read(&self.gpu, &targets)?;
+        read.statistics.gpu_bytes =
+            volume.voxels.bytes() + volume.ranges.bytes() + classification.bytes() + targets.bytes();
         *kept = Some(targets);
-        let statistics = Statistics { gpu_bytes: bytes, ..read.statistics };
-        Ok((read.image, statistics))
+        Ok(read)
     }
 
     /// Draws a frame into targets, tile by tile.

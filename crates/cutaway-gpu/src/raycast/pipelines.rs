@@ -12,12 +12,14 @@ use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
 use crate::context::{Filtering, Gpu};
 use crate::error::GpuError;
+use crate::ranges::GpuRanges;
 use crate::volume::GpuVolume;
 
 /// What a frame is drawn from.
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    pub(crate) ranges: &'a GpuRanges,
 }
 
 /// What is decided when a shader is compiled.
@@ -175,6 +177,7 @@ impl Pipelines {
                 wgpu::BindingResource::Sampler(&self.samplers[usize::from(filterable)]),
                 inputs.classification.occupied().as_entire_binding(),
                 inputs.classification.table().as_entire_binding(),
+                inputs.ranges.words().as_entire_binding(),
             ],
         );
         let nothing = &self.nothing;
@@ -243,6 +246,7 @@ fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGro
             buffer(wgpu::BufferBindingType::Uniform),
             texture(wgpu::TextureViewDimension::D3, filterable),
             wgpu::BindingType::Sampler(sampler),
+            words,
             words,
             words,
         ],

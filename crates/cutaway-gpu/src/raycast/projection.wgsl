@@ -1,6 +1,7 @@
 // Projections: the greatest, the least or the mean value over all segments, classified once.
 
 import package::raycast::pixel::Pixel;
+import package::shared::block_ranges::stretch_at;
 import package::shared::classification::classified;
 import package::shared::frame::frame;
 import package::shared::ray::{Ray, position};
@@ -27,21 +28,44 @@ fn project(
 ) {
     let step = frame.step_length;
     let steps = i32(ceil((t_far - t_near) / step));
-    for (var i = 0; i < steps; i += 1) {
-        let t = t_near + f32(i) * step;
-        let length = min(step, t_far - t);
-        let middle = t + 0.5 * length;
-        let value = value_at(position(ray, middle));
-        (*pixel).samples += 1u;
-        if kind == 0.0 {
-            (*projected).value += value * length;
-            (*projected).t = min((*projected).t, t_near);
-        } else if (*projected).length == 0.0 || (value - (*projected).value) * kind > 0.0 {
-            (*projected).value = value;
-            (*projected).t = middle;
+    var i = 0;
+    while i < steps {
+        // Up to here samples are taken, or none is: that which is known is not to be had again from such blocks.
+        var end = steps;
+        if kind != 0.0 && (*projected).length > 0.0 {
+            let t = t_near + f32(i) * step;
+            let stretch = stretch_at(ray, t + 0.5 * min(step, t_far - t), t_far, kind, (*projected).value);
+            // The first step whose middle is not within the stretch.
+            end = clamp(i32(ceil((stretch.t_end - t_near) / step - 0.5)), i + 1, steps);
+            if !stretch.promising {
+                i = end;
+                continue;
+            }
+        } else if kind != 0.0 {
+            end = i + 1;
         }
-        (*projected).length += length;
+        for (; i < end; i += 1) {
+            let t = t_near + f32(i) * step;
+            let length = min(step, t_far - t);
+            project_value(projected, ray, kind, t + 0.5 * length, length);
+            (*pixel).samples += 1u;
+            (*pixel).taken += 1u;
+        }
     }
+    if kind == 0.0 && steps > 0 {
+        (*projected).t = min((*projected).t, t_near);
+    }
+}
+
+fn project_value(projected: ptr<function, Projected>, ray: Ray, kind: f32, t: f32, length: f32) {
+    let value = value_at(position(ray, t));
+    if kind == 0.0 {
+        (*projected).value += value * length;
+    } else if (*projected).length == 0.0 || (value - (*projected).value) * kind > 0.0 {
+        (*projected).value = value;
+        (*projected).t = t;
+    }
+    (*projected).length += length;
 }
 
 // The opacity of a projected value is used as it is: the table holds it for projections.

@@ -11,6 +11,8 @@ use crate::error::GpuError;
 pub(crate) struct Read {
     pub(crate) image: Image,
     pub(crate) statistics: Statistics,
+    /// Texture fetches of every pixel.
+    pub(crate) fetches: Vec<u32>,
 }
 
 /// Depths from here on mean that nothing is there; see `NO_DEPTH` in the shader.
@@ -36,14 +38,48 @@ pub(crate) fn read(gpu: &Gpu, targets: &Targets) -> Result<Read, GpuError> {
     for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
         *depth = f32::INFINITY;
     }
-    let mut statistics = Statistics::default();
-    for [samples, runs] in bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes(height)?) {
-        statistics.rays += u64::from(*samples > 0);
-        statistics.samples += u64::from(*samples);
-        statistics.segments += u64::from(*runs);
-    }
+    let counts: Vec<PixelCounts> = bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes(height)?)
+        .iter()
+        .map(PixelCounts::unpacked)
+        .collect();
+    let statistics = sum(&counts);
+    let fetches = counts.iter().map(|c| c.samples).collect();
     let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
-    Ok(Read { image: image.expect("one pixel a fragment of a size that the scene has checked"), statistics })
+    Ok(Read {
+        image: image.expect("one pixel a fragment of a size that the scene has checked"),
+        statistics,
+        fetches,
+    })
+}
+
+/// What a pixel's ray took: `packed_counts` of `pixel.wgsl`, unpacked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PixelCounts {
+    samples: u32,
+    runs: u32,
+    steps: f64,
+    taken: f64,
+}
+
+impl PixelCounts {
+    fn unpacked(&[counts, steps]: &[u32; 2]) -> Self {
+        let (steps, share) = (f64::from(steps & 0xf_ffff), f64::from(steps >> 20) / 4095.0);
+        Self { samples: counts & 0x3f_ffff, runs: counts >> 22, steps, taken: steps * share }
+    }
+}
+
+fn sum(counts: &[PixelCounts]) -> Statistics {
+    let mut statistics = Statistics::default();
+    let (mut steps, mut taken) = (0.0, 0.0);
+    for c in counts {
+        statistics.rays += u64::from(c.samples > 0);
+        statistics.samples += u64::from(c.samples);
+        statistics.segments += u64::from(c.runs);
+        steps += c.steps;
+        taken += c.taken;
+    }
+    statistics.skipped_fraction = if steps > 0.0 { (1.0 - taken / steps).max(0.0) } else { 0.0 };
+    statistics
 }
 
 /// A texture on its way to the host.
@@ -85,5 +121,20 @@ impl Copy {
             bytes.extend_from_slice(&row[..self.row]);
         }
         Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_come_out_of_their_words() {
+        let counts = PixelCounts::unpacked(&[700 | 5 << 22, 80 | 4095 / 5 << 20]);
+        assert_eq!(counts, PixelCounts { samples: 700, runs: 5, steps: 80.0, taken: 16.0 });
+        let statistics = sum(&[counts, PixelCounts::unpacked(&[0, 0])]);
+        assert_eq!((statistics.rays, statistics.samples, statistics.segments), (1, 700, 5));
+        assert!((statistics.skipped_fraction - 0.8).abs() < 1e-12);
+        assert_eq!(sum(&[]).skipped_fraction, 0.0);
     }
 }

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::camera::PixelPlane;
 use cutaway_core::clip::Impregnation;
 use cutaway_core::field::vanishing_gradient;
-use cutaway_core::glam::{DVec3, UVec3};
+use cutaway_core::glam::DVec3;
 use cutaway_core::scene::{Mode, Scene};
 
 use crate::classification::GpuClassification;
@@ -169,15 +169,6 @@ impl FrameUniforms {
         self.block_edge = blocks.fine_edge as f32;
         self.coarse_edge = blocks.coarse_edge as f32;
     }
-}
-
-/// Blocks along each axis, in two levels, and cells along an edge of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct BlockLevels {
-    pub(crate) fine: UVec3,
-    pub(crate) coarse: UVec3,
-    pub(crate) fine_edge: u32,
-    pub(crate) coarse_edge: u32,
 }
 
 fn single(v: DVec3) -> [f32; 3] {
