@@ -118,12 +118,16 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "W,H", allow_hyphen_values = true, help_heading = "Picture")]
     pub(crate) resolution: Option<List>,
 
-    /// Renderer: auto, cpu or reference (slow and exact) [auto]
+    /// Renderer: cpu, raycast (on a GPU), reference (slow and exact) or auto: raycast where there is a real GPU, else cpu
+    /// [auto]
     #[arg(long, value_parser = values::engine, value_name = "ENGINE", help_heading = "Engine")]
     pub(crate) engine: Option<Engine>,
     /// Threads of the cpu engine; 0 is one a core
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true, value_parser = values::threads, allow_hyphen_values = true, help_heading = "Engine")]
     pub(crate) threads: usize,
+    /// GPU of the raycast engine, by a part of its name (`cutaway info --gpu` lists them) [the fastest]
+    #[arg(long, value_name = "NAME", help_heading = "Engine")]
+    pub(crate) gpu: Option<String>,
     /// Instructions of the cpu engine
     #[arg(long, value_enum, value_name = "SET", default_value = "auto", help_heading = "Engine")]
     pub(crate) simd: Simd,
@@ -308,7 +312,11 @@ Examples:
 #[command(after_help = INFO_HELP)]
 pub(crate) struct InfoArgs {
     /// Volume file, `sample:NAME`, or mesh file (.ply, .stl, .obj, .gltf, .glb)
-    pub(crate) file: OsString,
+    #[arg(required_unless_present = "gpu")]
+    pub(crate) file: Option<OsString>,
+    /// List the GPUs of this machine instead, the one that is taken first
+    #[arg(long, conflicts_with = "file")]
+    pub(crate) gpu: bool,
     #[command(flatten)]
     pub(crate) raw: RawArgs,
     /// As JSON on standard output
@@ -443,8 +451,10 @@ pub(crate) struct BenchFrameArgs {
 pub(crate) enum PaperSection {
     /// Termeer 2005, section 4.1.5: frames a second of a software ray caster
     TermeerSoftware,
-    /// Termeer 2005, figure 4.18 (a): frames a second over image size
+    /// Termeer 2005, figure 4.18: frames a second over image size, CPU against GPU
     TermeerImageSize,
+    /// Haferburg: texture fetches from the volume's box against those from its proxy geometry
+    HaferburgFetches,
     /// Termeer 2005, table 3.1: relative speed of ray-triangle tests
     #[value(name = "termeer-ray-triangle")]
     RayTriangle,

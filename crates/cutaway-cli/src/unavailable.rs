@@ -12,7 +12,7 @@ use crate::values::closest;
 
 /// Options that the interface names and later versions will have.
 const OPTIONS: &[&str] =
-    &["--jitter", "--blur", "--clip-events", "--buffer-depth", "--turntable", "--frames", "--gpu"];
+    &["--jitter", "--blur", "--clip-events", "--buffer-depth", "--turntable", "--frames"];
 
 /// Commands that the interface names and later versions will have.
 const COMMANDS: &[&str] = &["view"];

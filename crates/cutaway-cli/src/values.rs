@@ -105,12 +105,13 @@ fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String
 }
 
 pub(crate) fn engine(text: &str) -> Result<Engine, String> {
-    if matches!(text, "raycast" | "slices" | "cells") {
+    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Reference].map(|e| (e.name(), e));
+    if matches!(text, "slices" | "cells") {
         return Err(format!(
-            "the engine `{text}` does not exist in this version; choose from auto, cpu, reference"
+            "the engine `{text}` does not exist in this version; choose from auto, cpu, raycast, reference"
         ));
     }
-    named(text, "engine", &[("auto", Engine::Auto), ("cpu", Engine::Cpu), ("reference", Engine::Reference)])
+    named(text, "engine", &all)
 }
 
 pub(crate) fn mode(text: &str) -> Result<Mode, String> {

@@ -20,7 +20,7 @@ fn wrong_values_are_refused_by_option() {
         ("--background 2,0,0", &["--background", "2 is not within 0 to 1"]),
         ("--background -1,0,0", &["--background", "-1 is not within 0 to 1"]),
         ("--background red", &["--background", "`red` is not a number"]),
-        ("--engine gpu", &["--engine", "auto, cpu, reference"]),
+        ("--engine gpu", &["--engine", "auto, cpu, raycast, reference"]),
         ("--engine referenc", &["did you mean `reference`?"]),
         ("--threads -1", &["--threads", "`-1`"]),
         ("--threads 100000", &["--threads", "0 to 1024"]),

@@ -58,6 +58,8 @@ pub enum Engine {
     Auto,
     /// The CPU ray caster.
     Cpu,
+    /// The GPU ray caster.
+    Raycast,
     /// The slow, exact renderer that the others are held against.
     Reference,
 }
@@ -68,6 +70,7 @@ impl Engine {
         match self {
             Self::Auto => "auto",
             Self::Cpu => "cpu",
+            Self::Raycast => "raycast",
             Self::Reference => "reference",
         }
     }

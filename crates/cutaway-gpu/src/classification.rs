@@ -10,7 +10,7 @@ use wgpu::util::DeviceExt;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::ranges::{BlockLevels, BlockPipelines, Criterion, GpuRanges, Occupancy};
-use crate::volume::GpuVolume;
+use crate::volume::{GpuVolume, Texels};
 
 /// From texels to entries of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,16 @@ pub(crate) struct IndexMap {
     pub(crate) offset: f32,
     pub(crate) scale: f32,
     pub(crate) last: u32,
+}
+
+impl IndexMap {
+    /// In f64 and from the range itself: entries per stored unit alone may be more than f32 holds.
+    fn new(table: &ClassificationTable, stored_range: [f32; 2], texels: &Texels) -> Self {
+        let [lo, hi] = stored_range.map(|stored| texels.texel(f64::from(stored)));
+        let last = table.entries().len() as u32 - 1;
+        let scale = if hi > lo { f64::from(last) / (hi - lo) } else { 0.0 };
+        Self { offset: lo as f32, scale: scale as f32, last }
+    }
 }
 
 /// Tables and blocks of one scene's transfer function, mode and step.
@@ -39,16 +49,10 @@ impl GpuClassification {
         let source = scene.volume();
         let function = scene.transfer_function();
         let table = ClassificationTable::new(function, source.rescale(), source.stored_range());
-        let (lo, bins_per_unit) = table.index_map();
-        let texels = volume.texels();
-        let index_map = IndexMap {
-            offset: texels.texel(f64::from(lo)) as f32,
-            scale: (f64::from(bins_per_unit) * texels.stored_per_texel) as f32,
-            last: table.entries().len() as u32 - 1,
-        };
+        let index_map = IndexMap::new(&table, source.stored_range(), volume.texels());
         let entries = entries(&table, scene, volume);
         let occupancy =
-            Occupancy::new(gpu, pipelines.occupancy(), ranges, &criterion(&table, scene, volume))?;
+            Occupancy::new(gpu, pipelines.occupancy(), ranges, &criterion(&table, index_map, scene, volume))?;
         let table = gpu.checked("the transfer function's table", || {
             gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("table"),
@@ -86,8 +90,12 @@ impl GpuClassification {
     }
 }
 
-/// Straight colour and optical depth of a whole step of each entry (projections: opacity as it is); then colour and texel
-/// of each isosurface, by texel.
+/// How far a texel and the level that it is equal to may lie apart after rounding, relative to them.
+const LEVEL_ROUNDING: f64 = 2.4e-7;
+
+/// Straight colour and optical depth of a whole step of each entry (projections: opacity as it is); then colour and level
+/// of each isosurface, ascending. A level is a texel, negated where greater texels are lesser values; it is lowered by
+/// what rounding may take from a voxel of exactly that value, for such a voxel is inside.
 fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Vec<[f32; 4]> {
     let (unit, step) = (scene.unit_distance(), scene.step_length());
     let projection = matches!(scene.settings().mode, Mode::Mip | Mode::Minip | Mode::Mean);
@@ -100,7 +108,8 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
     let mut surfaces: Vec<[f32; 4]> = (scene.settings().iso.iter())
         .map(|&level| {
             let [r, g, b] = scene.transfer_function().evaluate(level).0.map(|c| c as f32);
-            [r, g, b, volume.texels().texel(rescale.stored(level)) as f32]
+            let level = rescale.slope.signum() * volume.texels().texel(rescale.stored(level));
+            [r, g, b, (level - LEVEL_ROUNDING * level.abs()) as f32]
         })
         .collect();
     surfaces.sort_by(|a, b| a[3].total_cmp(&b[3]));
@@ -110,20 +119,17 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 
 /// What makes a value visible in the scene's mode. Projections look at values before they are classified, so that no block
 /// is empty to them.
-fn criterion(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Criterion {
+fn criterion(table: &ClassificationTable, map: IndexMap, scene: &Scene, volume: &GpuVolume) -> Criterion {
     let settings = scene.settings();
     let texels = volume.texels();
     let rescale = scene.volume().rescale();
     match settings.mode {
         _ if settings.space_skipping == SpaceSkipping::Off => Criterion::All,
-        Mode::Composite => {
-            let (lo, bins_per_unit) = table.index_map();
-            Criterion::Entries {
-                visible_before: visible_before(table),
-                offset: texels.texel(f64::from(lo)),
-                scale: f64::from(bins_per_unit) * texels.stored_per_texel,
-            }
-        }
+        Mode::Composite => Criterion::Entries {
+            visible_before: visible_before(table),
+            offset: map.offset.into(),
+            scale: map.scale.into(),
+        },
         Mode::Iso => {
             Criterion::Levels(settings.iso.iter().map(|v| texels.texel(rescale.stored(*v))).collect())
         }

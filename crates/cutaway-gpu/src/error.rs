@@ -50,6 +50,18 @@ pub enum GpuError {
         /// What was exceeded.
         reason: String,
     },
+    /// More pixels along a side than the adapter's textures have, or more bytes than it can hand back at once.
+    #[error(
+        "an image of {width} x {height} pixels does not fit on this GPU: {reason}; take a smaller one or `--engine cpu`"
+    )]
+    ImageTooLarge {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// What was exceeded.
+        reason: String,
+    },
     /// The driver refused what should be right: a fault of ours, or of the driver.
     #[error("the GPU refused {what}: {reason}")]
     Refused {

@@ -102,6 +102,7 @@ fn frame_uniforms_match_the_shader() {
             bins_scale,
             bins_last,
             nodes,
+            value_sign,
             reserved,
         }
     );

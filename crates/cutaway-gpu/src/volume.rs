@@ -53,6 +53,11 @@ impl Texels {
         (stored - self.stored_at_zero) / self.stored_per_texel
     }
 
+    /// Whether the device can filter the texture; else only single voxels can be read.
+    pub(crate) fn filterable(&self, capabilities: &Capabilities) -> bool {
+        self.format != wgpu::TextureFormat::R32Float || capabilities.float_filtering
+    }
+
     /// The bytes of these voxels as the texture takes them.
     fn bytes<'a>(&self, voxels: &'a Voxels) -> Cow<'a, [u8]> {
         let texel = |stored: f32| self.texel(f64::from(stored)) as f32;

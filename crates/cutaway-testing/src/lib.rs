@@ -3,5 +3,7 @@
 
 pub mod engines;
 pub mod golden;
+pub mod gpus;
+pub mod real;
 pub mod scenes;
 pub mod tolerances;

@@ -11,7 +11,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cutaway-io", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-cpu", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-gpu", &["cutaway-core", "cutaway-mesh"]),
-    ("cutaway", &["cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu"]),
+    ("cutaway", &["cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu", "cutaway-gpu"]),
     ("cutaway-cli", LIBRARIES),
     ("cutaway-app", LIBRARIES),
     ("cutaway-py", LIBRARIES),

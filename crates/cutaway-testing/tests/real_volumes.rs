@@ -1,11 +1,8 @@
 //! The CPU engine against the reference on real volumes, in every mode, at a quarter of a voxel: the table of errors. And
 //! the engine with adaptive image interpolation against itself without.
 //!
-//! The two bundled samples are always there. The others are looked for in the folder that `CUTAWAY_DATA` names, or in
-//! `../shared/data` beside the repository; a test whose volume is not there shows as ignored.
+//! A test whose volume is not there (see `cutaway_testing::real`) shows as ignored.
 //! `cargo test -p cutaway-testing --test real_volumes -- --nocapture` prints the table.
-
-use std::path::{Path, PathBuf};
 
 use cutaway_core::histogram::{Histogram, default_for_mode};
 use cutaway_core::image::compare::compare;
@@ -14,9 +11,8 @@ use cutaway_core::reference;
 use cutaway_core::scene::{ImageInterpolation, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::volume::Volume;
 use cutaway_cpu::SimdChoice;
-use cutaway_io::samples::read_sample;
-use cutaway_io::volume::{ReadOptions, read_volume};
 use cutaway_testing::engines::cpu;
+use cutaway_testing::real::{FILES, SAMPLES, is_there, read};
 use cutaway_testing::tolerances::INTERPOLATED;
 use libtest_mimic::{Arguments, Failed, Trial};
 
@@ -29,40 +25,15 @@ const NOISY: [(&str, f64); 2] = [("mr-head", 0.003), ("cranium.mhd", 0.004)];
 
 const SIZE: [u32; 2] = [121, 91];
 
-const SAMPLES: [&str; 2] = ["mr-head", "bonsai"];
-const FILES: [&str; 6] = [
-    "engine_256x256x128_uint8.raw",
-    "cranium.mhd",
-    "CT_pitch.nii.gz",
-    "brain1_image.nrrd",
-    "foot_zfp8_256x256x256_uint8.nhdr",
-    "mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz",
-];
-
-fn data_folder() -> PathBuf {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    std::env::var_os("CUTAWAY_DATA").map_or_else(beside, PathBuf::from).join("volumes")
-}
-
 fn main() {
     let arguments = Arguments::from_args();
-    let mut trials: Vec<Trial> = SAMPLES
-        .iter()
-        .map(|name| Trial::test(format!("sample_{name}"), move || against_reference(name, &sample(name)?)))
-        .collect();
-    for name in FILES {
-        let path = data_folder().join(name);
-        let there = path.exists();
-        let trial = Trial::test(name, move || {
-            against_reference(name, &read_volume(&path, &ReadOptions::default())?.value)
-        });
-        trials.push(trial.with_ignored_flag(!there));
-    }
-    libtest_mimic::run(&arguments, trials).exit();
-}
-
-fn sample(name: &str) -> Result<Volume, Failed> {
-    Ok(read_sample(name, &ReadOptions::default())?.value)
+    let sample = |name: &'static str| (format!("sample_{name}"), name);
+    let file = |name: &'static str| (name.to_owned(), name);
+    let trials = SAMPLES.map(sample).into_iter().chain(FILES.map(file)).map(|(test, name)| {
+        let trial = Trial::test(test, move || against_reference(name, &read(name)?));
+        trial.with_ignored_flag(!is_there(name))
+    });
+    libtest_mimic::run(&arguments, trials.collect()).exit();
 }
 
 fn against_reference(name: &str, volume: &Volume) -> Result<(), Failed> {

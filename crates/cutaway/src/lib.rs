@@ -2,7 +2,7 @@
 //!
 //! This crate is one door to the crates that do the work. The modules of the core stand at its root ([`volume`],
 //! [`transfer_function`], [`camera`], [`scene`], ...), those that read and write files under [`io`], closed surfaces
-//! under [`mesh`], the engine under [`cpu`]. Whoever needs one part alone can depend on that part: the types are the same.
+//! under [`mesh`], the engines under [`cpu`] and [`gpu`]. Whoever needs one part alone can depend on that part: the types are the same.
 //!
 //! | to | start at |
 //! |---|---|
@@ -11,7 +11,7 @@
 //! | look from somewhere | [`camera::Camera`], [`scene::default_camera`] |
 //! | put these together | [`scene::Scene`]; as a JSON file [`scene::SceneFile`] |
 //! | cut it open | [`clip::Clip`], [`mesh::MeshSolid`], [`scene::Scene::with_clip`] |
-//! | render | [`cpu::CpuRenderer`]; slow and exact: [`reference::render`](fn@reference::render) |
+//! | render | [`cpu::CpuRenderer`], [`gpu::RaycastRenderer`]; slow and exact: [`reference::render`](fn@reference::render) |
 //! | write and compare pictures | [`io::image::write_image`], [`image::compare`](mod@image::compare) |
 //!
 //! The README's example, which is compiled and run with the tests, shows them at work.
@@ -23,6 +23,7 @@ pub use cutaway_core::{
     with_voxels,
 };
 pub use cutaway_cpu as cpu;
+pub use cutaway_gpu as gpu;
 pub use cutaway_io as io;
 pub use cutaway_mesh as mesh;
 

@@ -1,10 +1,10 @@
-//! `cutaway info`: what a volume file is; meshes have a file of their own.
+//! `cutaway info`: what a volume file is; meshes and GPUs have files of their own.
 
 use cutaway_core::histogram::Histogram;
 use cutaway_core::volume::{Volume, Voxels};
 use serde::Serialize;
 
-use super::mesh_info;
+use super::{gpu_info, mesh_info};
 use crate::args::InfoArgs;
 use crate::load::{from_argument, is_mesh};
 use crate::report;
@@ -42,10 +42,14 @@ struct HistogramInfo {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    if is_mesh(&args.file, &args.raw) {
-        return mesh_info::run(args.file.as_ref(), args.json);
+    let file = match &args.file {
+        Some(file) => file,
+        None => return gpu_info::run(args.json),
+    };
+    if is_mesh(file, &args.raw) {
+        return mesh_info::run(file.as_ref(), args.json);
     }
-    let loaded = from_argument(&args.file, &args.raw)?;
+    let loaded = from_argument(file, &args.raw)?;
     let info = describe(&loaded.name, &loaded.volume, loaded.notices.clone());
     let text = if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { text(&info) };
     report::print(&text)

@@ -28,10 +28,10 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
     }
     notice_clip_options(args, &prepared, verbosity);
-    let session = Session::new(&prepared, &args.scene)?;
+    let mut session = Session::new(&prepared, &args.scene, verbosity)?;
     let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;
     let progress = verbosity.progress("rendering");
-    let (image, statistics, frame_ms) = session.frame(&|share| progress.set(share));
+    let (image, statistics, frame_ms) = session.frame(&|share| progress.set(share))?;
     drop(progress);
     let image = match background {
         Some(color) => image.over_background(color),

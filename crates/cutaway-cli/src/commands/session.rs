@@ -7,14 +7,21 @@ use cutaway_core::image::Image;
 use cutaway_core::reference;
 use cutaway_core::scene::{Engine, Scene};
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
+use cutaway_gpu::context::{AdapterChoice, adapters};
+use cutaway_gpu::raycast::PreparedVolume;
+use cutaway_gpu::{Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer};
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
 use crate::args::{SceneArgs, Simd};
+use crate::report::Verbosity;
 use crate::scene::Prepared;
 
 pub(crate) struct Session<'a> {
     scene: Scene<'a>,
     engine: Running,
+    /// How the cpu engine would be started, where it stands in for a GPU that fails.
+    cpu: CpuChoice,
+    verbosity: Verbosity,
     load_ms: f64,
     prepare_ms: f64,
     classify_ms: f64,
@@ -28,6 +35,7 @@ pub(crate) struct Counts {
     segments: Option<u64>,
     repaired_lines: Option<u64>,
     skipped_fraction: Option<f64>,
+    gpu_bytes: Option<u64>,
 }
 
 impl From<Statistics> for Counts {
@@ -38,6 +46,19 @@ impl From<Statistics> for Counts {
             segments: Some(s.segments),
             repaired_lines: Some(s.repaired),
             skipped_fraction: Some(s.skipped_fraction),
+            gpu_bytes: None,
+        }
+    }
+}
+
+impl From<cutaway_gpu::Statistics> for Counts {
+    fn from(s: cutaway_gpu::Statistics) -> Self {
+        Self {
+            samples: Some(s.samples),
+            rays: Some(s.rays),
+            segments: Some(s.segments),
+            gpu_bytes: Some(s.gpu_bytes),
+            ..Self::default()
         }
     }
 }
@@ -51,29 +72,43 @@ impl From<reference::Statistics> for Counts {
 
 enum Running {
     Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
+    Raycast(Box<OnGpu>),
     Reference { pool: rayon::ThreadPool },
 }
 
+/// The GPU ray caster with a volume made ready.
+struct OnGpu {
+    renderer: RaycastRenderer,
+    volume: PreparedVolume,
+    classification: GpuClassification,
+    /// Whether nobody asked for a GPU: the cpu engine may take its place.
+    chosen_by_itself: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct CpuChoice {
+    threads: usize,
+    simd: Simd,
+}
+
+/// An engine, and milliseconds to prepare and to classify.
+type Started = (Running, f64, f64);
+
 impl<'a> Session<'a> {
-    pub(crate) fn new(prepared: &'a Prepared, args: &SceneArgs) -> anyhow::Result<Self> {
+    pub(crate) fn new(prepared: &'a Prepared, args: &SceneArgs, verbosity: Verbosity) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
-        let started = Instant::now();
-        let mut classify_ms = 0.0;
-        let engine = match scene.settings().engine {
-            Engine::Reference => Running::Reference {
-                pool: rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?,
-            },
-            Engine::Auto | Engine::Cpu => {
-                let renderer = CpuRenderer::new(args.threads, simd(args.simd))?;
-                let volume = renderer.prepare(scene.volume())?;
-                let classified = Instant::now();
-                let classification = Box::new(renderer.classify(&volume, &scene));
-                classify_ms = milliseconds(classified);
-                Running::Cpu { renderer, volume, classification }
+        let cpu = CpuChoice { threads: args.threads, simd: args.simd };
+        let (engine, prepare_ms, classify_ms) = match scene.settings().engine {
+            Engine::Reference => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
+                (Running::Reference { pool }, 0.0, 0.0)
             }
+            Engine::Cpu => cpu.start(&scene)?,
+            Engine::Raycast => start_raycast(&scene, args.gpu.as_deref(), false)?,
+            Engine::Auto => start_auto(&scene, args.gpu.as_deref(), cpu, verbosity)?,
         };
-        let prepare_ms = milliseconds(started) - classify_ms;
-        Ok(Self { scene, engine, load_ms: prepared.loaded.load_ms, prepare_ms, classify_ms })
+        let load_ms = prepared.loaded.load_ms;
+        Ok(Self { scene, engine, cpu, verbosity, load_ms, prepare_ms, classify_ms })
     }
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {
@@ -81,29 +116,43 @@ impl<'a> Session<'a> {
     }
 
     /// Renders a frame; also its time in milliseconds.
-    pub(crate) fn frame(&self, progress: &(dyn Fn(f32) + Sync)) -> (Image, Counts, f64) {
+    pub(crate) fn frame(&mut self, progress: &(dyn Fn(f32) + Sync)) -> anyhow::Result<(Image, Counts, f64)> {
         let started = Instant::now();
         let (image, statistics) = match &self.engine {
             Running::Cpu { renderer, volume, classification } => {
                 let (image, counts) = renderer.render(volume, classification, &self.scene, progress);
                 (image, counts.into())
             }
+            Running::Raycast(on_gpu) => match on_gpu.render(&self.scene, progress) {
+                Ok((image, counts)) => (image, counts.into()),
+                Err(error) if on_gpu.chosen_by_itself => {
+                    self.verbosity.notice(&instead(&error));
+                    (self.engine, self.prepare_ms, self.classify_ms) = self.cpu.start(&self.scene)?;
+                    return self.frame(progress);
+                }
+                Err(error) => return Err(error.into()),
+            },
             Running::Reference { pool } => {
                 let (image, counts) = pool.install(|| reference::render_with_progress(&self.scene, progress));
                 (image, counts.into())
             }
         };
-        (image, statistics, milliseconds(started))
+        Ok((image, statistics, milliseconds(started)))
     }
 
     pub(crate) fn statistics(&self, frame: Counts, times: Vec<f64>) -> StatisticsFile {
         let (engine, simd, threads) = match &self.engine {
             Running::Cpu { renderer, .. } => ("cpu", Some(renderer.simd()), renderer.threads()),
+            Running::Raycast(_) => ("raycast", None, 1),
             Running::Reference { pool } => ("reference", None, pool.current_num_threads()),
+        };
+        let adapter = match &self.engine {
+            Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu().adapter().name.clone()),
+            _ => None,
         };
         StatisticsFile {
             engine,
-            adapter: None,
+            adapter,
             simd,
             threads,
             resolution: self.scene.settings().resolution,
@@ -118,10 +167,65 @@ impl<'a> Session<'a> {
             repaired_lines: frame.repaired_lines,
             skipped_fraction: frame.skipped_fraction,
             peak_rss_bytes: peak_rss_bytes(),
-            gpu_bytes: None,
+            gpu_bytes: frame.gpu_bytes,
             triangles_or_tetrahedra: None,
         }
     }
+}
+
+impl CpuChoice {
+    fn start(self, scene: &Scene) -> anyhow::Result<Started> {
+        let started = Instant::now();
+        let renderer = CpuRenderer::new(self.threads, simd(self.simd))?;
+        let volume = renderer.prepare(scene.volume())?;
+        let prepare_ms = milliseconds(started);
+        let classified = Instant::now();
+        let classification = Box::new(renderer.classify(&volume, scene));
+        Ok((Running::Cpu { renderer, volume, classification }, prepare_ms, milliseconds(classified)))
+    }
+}
+
+impl OnGpu {
+    fn render(&self, scene: &Scene, progress: &dyn Fn(f32)) -> Result<(Image, cutaway_gpu::Statistics), GpuError> {
+        self.renderer.render(&self.volume, &self.classification, scene, progress)
+    }
+}
+
+fn start_raycast(scene: &Scene, name: Option<&str>, chosen_by_itself: bool) -> Result<Started, GpuError> {
+    let started = Instant::now();
+    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
+    let renderer = RaycastRenderer::new(&Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })?)?;
+    let volume = renderer.prepare(scene.volume())?;
+    let prepare_ms = milliseconds(started);
+    let classified = Instant::now();
+    let classification = renderer.classify(&volume, scene)?;
+    let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself };
+    Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
+}
+
+/// A real GPU where there is one; a processor that plays GPU is slower than the cpu engine.
+fn start_auto(
+    scene: &Scene,
+    name: Option<&str>,
+    cpu: CpuChoice,
+    verbosity: Verbosity,
+) -> anyhow::Result<Started> {
+    let real = name.is_some() || adapters().first().is_some_and(|adapter| !adapter.software);
+    if !real {
+        return cpu.start(scene);
+    }
+    match start_raycast(scene, name, true) {
+        Ok(started) => Ok(started),
+        Err(error @ GpuError::UnknownAdapter { .. }) => Err(error.into()),
+        Err(error) => {
+            verbosity.notice(&instead(&error));
+            cpu.start(scene)
+        }
+    }
+}
+
+fn instead(error: &GpuError) -> String {
+    format!("{error}; the cpu engine renders instead")
 }
 
 fn simd(choice: Simd) -> SimdChoice {

@@ -102,7 +102,7 @@ impl Capabilities {
             filtering: fallbacks.filtering,
             max_texture_3d: limits.max_texture_dimension_3d.min(fallbacks.max_texture_3d.unwrap_or(u32::MAX)),
             max_texture_2d: limits.max_texture_dimension_2d,
-            max_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size.into()).min(most),
+            max_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size).min(most),
             max_texture_bytes: most,
         }
     }

@@ -30,15 +30,18 @@ struct OccupancyTask {
 // from a new word on those in which all can; then how many fine ones can.
 @group(0) @binding(3) var<storage, read_write> made_bits: array<atomic<u32>>;
 
-fn entry_of(end: u32) -> u32 {
-    let entry = max((f32(end) - task.entry_offset) * task.entry_scale + 0.5, 0.0);
+// A texel of a whole number of 65535ths may be off by up to 1/256 of one, which may be many entries.
+const ROUNDING = 1.0 / 64.0;
+
+fn entry_of(end: f32) -> u32 {
+    let entry = max((end - task.entry_offset) * task.entry_scale + 0.5, 0.0);
     return min(u32(entry), task.entry_last);
 }
 
 fn meets_visible(ends: vec2u) -> bool {
     // One entry more on either side, for the rounding of interpolation.
-    let first = max(entry_of(ends.x), 1u) - 1u;
-    let end = min(entry_of(ends.y) + 1u, task.entry_last) + 1u;
+    let first = max(entry_of(f32(ends.x) - ROUNDING), 1u) - 1u;
+    let end = min(entry_of(f32(ends.y) + ROUNDING) + 1u, task.entry_last) + 1u;
     return criteria[end] > criteria[first];
 }
 

@@ -12,14 +12,15 @@ import package::shared::volume::{gradient_at, value_at};
 override SHADED: bool = true;
 
 // What lies behind takes over from T to T * (1 - alpha); depth is where opacity passes one half.
-fn absorb(pixel: ptr<function, Pixel>, color: vec3f, alpha: f32, t: f32, length: f32) {
+fn absorb(pixel: ptr<function, Pixel>, color: vec3f, optical_depth: f32, t: f32, length: f32) {
+    let alpha = opacity_of(optical_depth);
     let before = (*pixel).transmittance;
     let after = before * (1.0 - alpha);
     (*pixel).color += before * alpha * color;
     (*pixel).transmittance = after;
     if before > 0.5 && after <= 0.5 {
-        // Opacity grows exponentially within a step of constant extinction.
-        (*pixel).depth = t + length * log(before * 2.0) / log(before / max(after, 1e-30));
+        // Transmittance falls exponentially within a step of constant extinction.
+        (*pixel).depth = t + length * min(log(before * 2.0) / optical_depth, 1.0);
     }
 }
 
@@ -62,5 +63,5 @@ fn sample(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t: f32, length: f32
         terms = impregnated(face, middle, terms_of_gradient(gradient_at(p), ray.direction_in_world));
         (*pixel).samples += 6u;
     }
-    absorb(pixel, lit(entry.xyz, terms), opacity_of(entry.w * length / frame.step_length), t, length);
+    absorb(pixel, lit(entry.xyz, terms), entry.w * length / frame.step_length, t, length);
 }

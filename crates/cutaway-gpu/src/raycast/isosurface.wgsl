@@ -8,8 +8,8 @@ import package::shared::classification::isosurface;
 import package::shared::face::Face;
 import package::shared::frame::frame;
 import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
-import package::shared::ray::{Ray, position};
-import package::shared::volume::{Corners, cell_of, corners_of, gradient_at, trilinear};
+import package::shared::ray::{Ray, parallel_axes, past, position};
+import package::shared::volume::{Corners, cell_of, corners_of, exact_gradient_at, trilinear};
 import package::raycast::composite::SHADED;
 
 // c.x + s (c.y + s (c.z + s c.w)), s from 0 to 1 along a cell's stretch.
@@ -17,12 +17,20 @@ fn cubic_at(c: vec4f, s: f32) -> f32 {
     return c.x + s * (c.y + s * (c.z + s * c.w));
 }
 
-// Through the values at 0, 1/3, 2/3 and 1.
+// Through the values at 0, 1/3, 2/3 and 1. Of differences, so that equal values make a constant, without rounding.
 fn cubic_through(v: vec4f) -> vec4f {
-    let b = 0.5 * (-11.0 * v.x + 18.0 * v.y - 9.0 * v.z + 2.0 * v.w);
-    let c = 4.5 * (2.0 * v.x - 5.0 * v.y + 4.0 * v.z - v.w);
-    let d = 4.5 * (-v.x + 3.0 * v.y - 3.0 * v.z + v.w);
-    return vec4f(v.x, b, c, d);
+    let d = v.yzw - v.x;
+    return vec4f(
+        v.x,
+        9.0 * d.x - 4.5 * d.y + d.z,
+        -22.5 * d.x + 18.0 * d.y - 4.5 * d.z,
+        13.5 * d.x - 13.5 * d.y + 4.5 * d.z,
+    );
+}
+
+// The field in a cell, negated where that makes it rise with the value.
+fn field_in(corners: Corners, f: vec3f) -> f32 {
+    return frame.value_sign * trilinear(corners, f);
 }
 
 // The extrema inside, ascending; 1 where there is none.
@@ -47,6 +55,10 @@ fn crossing(c: vec4f, level: f32, s0: f32, s1: f32) -> f32 {
     var b = s1;
     var fa = cubic_at(c, a) - level;
     var fb = cubic_at(c, b) - level;
+    if (fa < 0.0) == (fb < 0.0) {
+        // Rounding has put the level just outside the piece.
+        return select(b, a, abs(fa) < abs(fb));
+    }
     for (var i = 0; i < 12; i += 1) {
         let slope = fb - fa;
         // False position and halving by turns: the first is fast, the second is never slow.
@@ -74,34 +86,55 @@ fn surface(pixel: ptr<function, Pixel>, ray: Ray, index: u32, t: f32) {
     var terms = UNLIT;
     if SHADED {
         let p = clamp(position(ray, t), vec3f(0.0), frame.extent);
-        terms = terms_of_gradient(gradient_at(p), ray.direction_in_world);
+        terms = terms_of_gradient(exact_gradient_at(p), ray.direction_in_world);
         (*pixel).samples += 6u;
     }
     add_surface(pixel, lit(isosurface(index).xyz, terms), frame.iso_opacity, t);
 }
 
-// The levels between `before` and `after`, in the order in which a ray crosses them.
-fn cross_levels(
-    pixel: ptr<function, Pixel>,
-    ray: Ray,
-    c: vec4f,
-    s: vec2f,
-    before: f32,
-    after: f32,
-    t: f32,
-    length: f32,
-) {
-    let rises = after > before;
+// The cubic stays between the least and the greatest of its Bernstein coefficients.
+fn bounds_of(c: vec4f) -> vec2f {
+    let inner = c.x + vec2f(c.y, 2.0 * c.y + c.z) / 3.0;
+    let end = c.x + c.y + c.z + c.w;
+    let least = min(min(c.x, end), min(inner.x, inner.y));
+    let greatest = max(max(c.x, end), max(inner.x, inner.y));
+    return vec2f(least, greatest);
+}
+
+// Whether any level is met between two values.
+fn meets_level(least: f32, greatest: f32) -> bool {
+    var met = false;
     for (var k = 0u; k < frame.iso_count; k += 1u) {
-        let index = select(frame.iso_count - 1u - k, k, rises);
-        let level = isosurface(index).w;
-        // At a level is above it.
-        if (before >= level) != (after >= level) {
-            surface(pixel, ray, index, t + length * crossing(c, level, s.x, s.y));
-            if (*pixel).transmittance < frame.opaque_below {
-                return;
+        let level = isosurface(k).w;
+        met = met || ((level >= least) && (level <= greatest));
+    }
+    return met;
+}
+
+// The stretch of a ray in one cell: from t on, of this length, where the field is the cubic, and `before` at its start as
+// the cell before ended.
+fn cross_cell(pixel: ptr<function, Pixel>, ray: Ray, c: vec4f, before: f32, end: f32, t: f32, length: f32) {
+    let e = extrema(c);
+    // Pieces that rise or fall: up to the first extremum, to the second, to the end; those that are not there are empty.
+    var from_s = 0.0;
+    var from_value = before;
+    for (var piece = 0; piece < 3; piece += 1) {
+        let to_s = select(select(1.0, e.y, piece == 1), e.x, piece == 0);
+        let to_value = select(cubic_at(c, to_s), end, to_s >= 1.0);
+        let rises = to_value > from_value;
+        for (var k = 0u; k < frame.iso_count; k += 1u) {
+            let index = select(frame.iso_count - 1u - k, k, rises);
+            let level = isosurface(index).w;
+            // At a level is above it.
+            if (from_value >= level) != (to_value >= level) {
+                surface(pixel, ray, index, t + length * crossing(c, level, from_s, to_s));
+                if (*pixel).transmittance < frame.opaque_below {
+                    return;
+                }
             }
         }
+        from_s = to_s;
+        from_value = to_value;
     }
 }
 
@@ -117,8 +150,6 @@ fn close_by_cut(pixel: ptr<function, Pixel>, face: Face, value: f32) {
 }
 
 fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t_far: f32) {
-    let along = abs(ray.direction);
-    let nudge = 1e-4 / max(along.x, max(along.y, along.z));
     var t = t_near;
     // The field at t, once it is known.
     var value = 0.0;
@@ -126,7 +157,7 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
     if face.present && frame.cap == 1u {
         let p = clamp(position(ray, t_near), vec3f(0.0), frame.extent);
         let cell = cell_of(p);
-        value = trilinear(corners_of(cell), p - vec3f(cell));
+        value = field_in(corners_of(cell), p - vec3f(cell));
         close_by_cut(pixel, face, value);
         known = true;
     }
@@ -139,33 +170,25 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
         t = run.x;
         (*pixel).runs += 1u;
         while (t < run.y) && ((*pixel).transmittance >= frame.opaque_below) {
-            let cell = cell_of(position(ray, t + nudge));
-            let end = min(max(cell_exit(ray, cell), t + nudge), t_far);
+            let inside = past(ray, t, 1e-4);
+            let cell = cell_of(position(ray, inside));
+            let end = min(max(cell_exit(ray, cell), inside), t_far);
             let length = end - t;
             let corners = corners_of(cell);
             (*pixel).samples += 1u;
             var v: vec4f;
             for (var k = 0; k < 4; k += 1) {
                 let f = clamp(position(ray, t + length * f32(k) / 3.0) - vec3f(cell), vec3f(0.0), vec3f(1.0));
-                v[k] = trilinear(corners, f);
+                v[k] = field_in(corners, f);
             }
             let before = select(v.x, value, known);
             value = v.w;
             known = true;
             let c = cubic_through(v);
-            let e = extrema(c);
-            let first = cubic_at(c, e.x);
-            let second = cubic_at(c, e.y);
-            if e.x >= 1.0 {
-                cross_levels(pixel, ray, c, vec2f(0.0, 1.0), before, value, t, length);
-            } else {
-                cross_levels(pixel, ray, c, vec2f(0.0, e.x), before, first, t, length);
-                if (e.y < 1.0) && ((*pixel).transmittance >= frame.opaque_below) {
-                    cross_levels(pixel, ray, c, vec2f(e.x, e.y), first, second, t, length);
-                }
-                if (*pixel).transmittance >= frame.opaque_below {
-                    cross_levels(pixel, ray, c, vec2f(e.y, 1.0), select(first, second, e.y < 1.0), value, t, length);
-                }
+            let bounds = bounds_of(c);
+            // Both ends as they are carried on count, whatever rounding makes of the cubic there.
+            if meets_level(min(bounds.x, min(before, value)), max(bounds.y, max(before, value))) {
+                cross_cell(pixel, ray, c, before, value, t, length);
             }
             t = end;
         }
@@ -174,7 +197,7 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
 
 fn cell_exit(ray: Ray, cell: vec3i) -> f32 {
     let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), ray.direction > vec3f(0.0));
-    let parallel = abs(ray.direction) < vec3f(1e-12);
+    let parallel = parallel_axes(ray.direction);
     let exit = (side - ray.point) / select(ray.direction, vec3f(1.0), parallel);
     let far = select(exit, vec3f(1e30), parallel);
     return min(far.x, min(far.y, far.z));

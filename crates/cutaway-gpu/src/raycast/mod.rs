@@ -149,7 +149,8 @@ impl RaycastRenderer {
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
-        let pipeline = self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume))?;
+        let pipeline =
+            self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume, self.gpu.capabilities()))?;
         let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());
         let groups =
             self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &uniforms))?;

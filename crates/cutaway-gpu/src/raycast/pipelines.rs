@@ -10,7 +10,7 @@ use wgpu::util::DeviceExt;
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
-use crate::context::{Filtering, Gpu};
+use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
 use crate::ranges::GpuRanges;
 use crate::volume::GpuVolume;
@@ -35,7 +35,7 @@ pub(crate) struct Variant {
 }
 
 impl Variant {
-    pub(crate) fn of(scene: &Scene, volume: &GpuVolume) -> Self {
+    pub(crate) fn of(scene: &Scene, volume: &GpuVolume, capabilities: &Capabilities) -> Self {
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
@@ -46,7 +46,7 @@ impl Variant {
             shaded: scene.is_shaded(),
             curve,
             filtering: volume.texels().filtering,
-            filterable: volume.texels().format != wgpu::TextureFormat::R32Float,
+            filterable: volume.texels().filterable(capabilities),
             skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
         }
     }
@@ -155,7 +155,7 @@ impl Pipelines {
     /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
     pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
         let device = gpu.device();
-        let filterable = inputs.volume.texels().format != wgpu::TextureFormat::R32Float;
+        let filterable = inputs.volume.texels().filterable(gpu.capabilities());
         let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("frame"),
             contents: bytemuck::bytes_of(uniforms),

@@ -17,7 +17,7 @@ struct Projected {
 
 const NOTHING_PROJECTED = Projected(0.0, 0.0, 1e30);
 
-// 1 maximum, -1 minimum, 0 mean.
+// 1 greatest texel, -1 least, 0 mean.
 fn project(
     projected: ptr<function, Projected>,
     pixel: ptr<function, Pixel>,
@@ -55,6 +55,9 @@ fn project(
     if kind == 0.0 && steps > 0 {
         (*projected).t = min((*projected).t, t_near);
     }
+    if kind != 0.0 && (*projected).t >= t_near && (*projected).t <= t_far {
+        close_in(projected, pixel, ray, kind, t_near, t_far);
+    }
 }
 
 fn project_value(projected: ptr<function, Projected>, ray: Ray, kind: f32, t: f32, length: f32) {
@@ -66,6 +69,31 @@ fn project_value(projected: ptr<function, Projected>, ray: Ray, kind: f32, t: f3
         (*projected).t = t;
     }
     (*projected).length += length;
+}
+
+// The extremum lies between samples: closes in on it from the best one of this segment.
+fn close_in(
+    projected: ptr<function, Projected>,
+    pixel: ptr<function, Pixel>,
+    ray: Ray,
+    kind: f32,
+    t_near: f32,
+    t_far: f32,
+) {
+    var reach = 0.5 * frame.step_length;
+    for (var halving = 0; halving < 4; halving += 1) {
+        let middle = (*projected).t;
+        for (var side = -1.0; side < 2.0; side += 2.0) {
+            let t = clamp(middle + side * reach, t_near, t_far);
+            let value = value_at(position(ray, t));
+            if (value - (*projected).value) * kind > 0.0 {
+                (*projected).value = value;
+                (*projected).t = t;
+            }
+        }
+        reach *= 0.5;
+    }
+    (*pixel).samples += 8u;
 }
 
 // The opacity of a projected value is used as it is: the table holds it for projections.

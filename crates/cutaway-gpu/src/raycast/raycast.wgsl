@@ -50,11 +50,12 @@ fn cast_pixel(@builtin(position) at: vec4f) -> Output {
     return Output(vec4f(pixel.color, 1.0 - pixel.transmittance), depth, packed_counts(pixel));
 }
 
+// The greatest value is the least texel where the sign turns.
 fn projection_kind() -> f32 {
     if MODE == 2u {
-        return 1.0;
+        return frame.value_sign;
     }
-    return select(0.0, -1.0, MODE == 3u);
+    return select(0.0, -frame.value_sign, MODE == 3u);
 }
 
 fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
@@ -71,7 +72,7 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
             }
             let face = face_of(ray, piece, SHADED);
             if face.present && frame.overlay > 0.0 {
-                add_surface(pixel, lit(vec3f(1.0), face.terms), frame.overlay, face.t);
+                draw_over(pixel, lit(vec3f(1.0), face.terms), face.t);
             }
             if t_near < t_far {
                 cast_segment(pixel, &projected, ray, face, t_near, t_far);
@@ -91,6 +92,16 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
 fn count_steps(pixel: ptr<function, Pixel>, t_near: f32, t_far: f32) {
     if MODE != 1u && t_near < t_far {
         (*pixel).steps += u32(ceil((t_far - t_near) / frame.step_length));
+    }
+}
+
+// A clip surface that is drawn itself.
+fn draw_over(pixel: ptr<function, Pixel>, color: vec3f, t: f32) {
+    let depth = (*pixel).depth;
+    add_surface(pixel, color, frame.overlay, t);
+    if MODE == 0u && (*pixel).transmittance > 0.5 {
+        // Of emission and absorption, depth is where opacity passes one half.
+        (*pixel).depth = depth;
     }
 }
 

@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn counts_come_out_of_their_words() {
-        let counts = PixelCounts::unpacked(&[700 | 5 << 22, 80 | 4095 / 5 << 20]);
+        let counts = PixelCounts::unpacked(&[700 | 5 << 22, 80 | 819 << 20]);
         assert_eq!(counts, PixelCounts { samples: 700, runs: 5, steps: 80.0, taken: 16.0 });
         let statistics = sum(&[counts, PixelCounts::unpacked(&[0, 0])]);
         assert_eq!((statistics.rays, statistics.samples, statistics.segments), (1, 700, 5));

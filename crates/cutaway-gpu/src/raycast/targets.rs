@@ -17,6 +17,7 @@ pub(crate) struct Targets {
 
 impl Targets {
     pub(crate) fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
+        check_size(gpu, size)?;
         let textures = gpu.checked("the image", || {
             FORMATS.map(|format| {
                 gpu.device().create_texture(&wgpu::TextureDescriptor {
@@ -72,6 +73,21 @@ impl Targets {
             ..wgpu::RenderPassDescriptor::default()
         })
     }
+}
+
+/// An error that names the limit that an image of this size exceeds.
+fn check_size(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
+    let refused = |reason| Err(GpuError::ImageTooLarge { width, height, reason });
+    let most = gpu.capabilities().max_texture_2d;
+    if width.max(height) > most {
+        return refused(format!("its images have at most {most} pixels along a side"));
+    }
+    let row = (u64::from(width) * 16).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT));
+    let (bytes, most) = (row * u64::from(height), gpu.device().limits().max_buffer_size);
+    if bytes > most {
+        return refused(format!("{bytes} bytes are needed to hand it back, its buffers have at most {most}"));
+    }
+    Ok(())
 }
 
 /// A rectangle of pixels.

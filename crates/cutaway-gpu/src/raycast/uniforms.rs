@@ -59,7 +59,8 @@ pub(crate) struct FrameUniforms {
     pub(crate) bins_scale: f32,
     pub(crate) bins_last: u32,
     pub(crate) nodes: u32,
-    pub(crate) reserved: [u32; 2],
+    pub(crate) value_sign: f32,
+    pub(crate) reserved: u32,
 }
 
 impl FrameUniforms {
@@ -114,14 +115,16 @@ impl FrameUniforms {
     fn set_gradient(&mut self, scene: &Scene, volume: &GpuVolume) {
         let source = scene.volume();
         let [lo, hi] = source.value_range();
-        // In units of the value range, so that no volume's gradients leave what f32 can hold.
+        // In units of the value range and the largest spacing, so that no volume's gradients leave what f32 can hold.
+        let largest = source.spacing().max_element();
         let span = if hi > lo { hi - lo } else { 1.0 };
         let value_per_texel = source.rescale().slope * volume.texels().stored_per_texel / span;
         // Half, for differences are over two voxels.
-        let m = source.voxel_from_world().matrix3.transpose() * (0.5 * value_per_texel);
+        let m = source.voxel_from_world().matrix3.transpose() * (0.5 * value_per_texel * largest);
         [self.gradient_from_texel_x, self.gradient_from_texel_y, self.gradient_from_texel_z] =
             [m.x_axis, m.y_axis, m.z_axis].map(single);
-        self.vanishing = (vanishing_gradient(source) / span) as f32;
+        self.vanishing = (vanishing_gradient(source) * largest / span) as f32;
+        self.value_sign = source.rescale().slope.signum() as f32;
     }
 
     fn set_light(&mut self, scene: &Scene) {

@@ -1,9 +1,9 @@
 // What the blocks along a ray hold, for rays that look for an extreme value.
 
 import package::ranges::packing::range_ends;
-import package::shared::blocks::{SKIP_BLOCKS, block_at, block_exit, block_index, past_rounding};
+import package::shared::blocks::{PAST_FACE, SKIP_BLOCKS, block_at, block_exit, block_index};
 import package::shared::frame::frame;
-import package::shared::ray::{Ray, position};
+import package::shared::ray::{Ray, past, position};
 
 // Two 16-bit unorm a block, least and greatest texel, x fastest: the fine blocks, then the coarse ones.
 @group(0) @binding(5) var<storage, read> block_ranges: array<u32>;
@@ -14,14 +14,22 @@ struct Stretch {
     promising: bool,
 }
 
-// Interpolation rounds by less than this, as a share of the value.
+// Interpolation rounds by less than this, as a share of the greatest value in the block; it never goes below 0.
 const INTERPOLATION_ROUNDING = 1e-6;
 
 // Whether a block can hold more (kind 1) or less (kind -1) than `value`.
 fn more_extreme(range: u32, kind: f32, value: f32) -> bool {
     let ends = vec2f(range_ends(range)) / 65535.0;
-    let extreme = select(ends.x * (1.0 - INTERPOLATION_ROUNDING), ends.y * (1.0 + INTERPOLATION_ROUNDING), kind > 0.0);
-    return (extreme - value) * kind > 0.0;
+    let rounding = INTERPOLATION_ROUNDING * ends.y;
+    if kind > 0.0 {
+        return ends.y + rounding > value;
+    }
+    return max(ends.x - rounding, 0.0) < value;
+}
+
+// A distance before t by more than rounding.
+fn short_of(ray: Ray, t: f32) -> f32 {
+    return 2.0 * t - past(ray, t, PAST_FACE);
 }
 
 // From the sample at t to where its block ends, short of it by more than rounding: samples in between are in that block.
@@ -33,11 +41,10 @@ fn stretch_at(ray: Ray, t: f32, t_end: f32, kind: f32, value: f32) -> Stretch {
     let coarse = block_at(p, frame.coarse_edge, frame.coarse_blocks);
     let behind_fine = frame.blocks.x * frame.blocks.y * frame.blocks.z;
     let coarse_range = block_ranges[behind_fine + block_index(coarse, frame.coarse_blocks)];
-    let short = past_rounding(ray);
     if !more_extreme(coarse_range, kind, value) {
-        return Stretch(block_exit(ray, coarse, frame.coarse_edge) - short, false);
+        return Stretch(short_of(ray, block_exit(ray, coarse, frame.coarse_edge)), false);
     }
     let block = block_at(p, frame.block_edge, frame.blocks);
     let promising = more_extreme(block_ranges[block_index(block, frame.blocks)], kind, value);
-    return Stretch(block_exit(ray, block, frame.block_edge) - short, promising);
+    return Stretch(short_of(ray, block_exit(ray, block, frame.block_edge)), promising);
 }

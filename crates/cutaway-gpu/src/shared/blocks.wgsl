@@ -2,7 +2,7 @@
 // block of which nothing can be visible, or everything, is crossed in one step.
 
 import package::shared::frame::frame;
-import package::shared::ray::{Ray, position};
+import package::shared::ray::{Ray, parallel_axes, past, position};
 
 // A bit a block, x fastest: the fine blocks that can be visible; from a new word on the coarse ones in which any can; from a
 // new word on the coarse ones in which all can.
@@ -35,17 +35,14 @@ fn block_index(block: vec3u, blocks: vec3u) -> u32 {
 // Where a ray leaves the block of `edge` cells at p.
 fn block_exit(ray: Ray, block: vec3u, edge: f32) -> f32 {
     let side = (vec3f(block) + select(vec3f(0.0), vec3f(1.0), ray.direction > vec3f(0.0))) * edge;
-    let parallel = abs(ray.direction) < vec3f(1e-12);
+    let parallel = parallel_axes(ray.direction);
     let exit = (side - ray.point) / select(ray.direction, vec3f(1.0), parallel);
     let far = select(exit, vec3f(1e30), parallel);
     return min(far.x, min(far.y, far.z));
 }
 
-// A thousandth of a voxel along a ray: past a block's face, on the far side of rounding.
-fn past_rounding(ray: Ray) -> f32 {
-    let along = abs(ray.direction);
-    return 1e-3 / max(along.x, max(along.y, along.z));
-}
+// A thousandth of a voxel: past a block's face, on the far side of rounding.
+const PAST_FACE = 1e-3;
 
 // A block, fine or coarse, that is all the same.
 struct Place {
@@ -73,19 +70,19 @@ fn next_run(ray: Ray, from_t: f32, t_end: f32) -> vec2f {
     if !SKIP_BLOCKS {
         return vec2f(from_t, t_end);
     }
-    let nudge = past_rounding(ray);
     var begin = t_end;
     var t = from_t;
     var blocks = 0u;
     while (t < t_end) && (blocks < LONGEST_RUN) {
-        let place = place_at(clamp(position(ray, t + nudge), vec3f(0.0), frame.extent));
+        let inside = past(ray, t, PAST_FACE);
+        let place = place_at(clamp(position(ray, inside), vec3f(0.0), frame.extent));
         if place.occupied {
             begin = min(begin, t);
             blocks += 1u;
         } else if blocks > 0u {
             break;
         }
-        t = max(block_exit(ray, place.block, place.edge), t + nudge);
+        t = max(block_exit(ray, place.block, place.edge), inside);
     }
     return vec2f(begin, min(t, t_end));
 }

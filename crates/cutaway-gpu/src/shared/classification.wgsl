@@ -2,7 +2,7 @@
 
 import package::shared::frame::frame;
 
-// Straight colour and optical depth of a whole step; then, of each isosurface, straight colour and texel, by texel.
+// Straight colour and optical depth of a whole step; then, of each isosurface, straight colour and level, ascending.
 @group(0) @binding(4) var<storage, read> table: array<vec4f>;
 
 fn classified(texel: f32) -> vec4f {
@@ -10,7 +10,7 @@ fn classified(texel: f32) -> vec4f {
     return table[min(u32(entry), frame.table_last)];
 }
 
-// Colour and texel of an isosurface, by texel.
+// Colour and level of an isosurface, ascending; a level is a texel, negated where greater texels are lesser values.
 fn isosurface(index: u32) -> vec4f {
     return table[frame.table_last + 1u + index];
 }

@@ -26,7 +26,7 @@ struct Frame {
     specular_power: f32,
     voxel_from_world_z: vec3f,
     wrap_power: f32,
-    // The gradient per world length of a gradient in texels per voxel: columns of a matrix.
+    // The gradient of a difference in texels over two voxels, as the value range per largest spacing: columns of a matrix.
     gradient_from_texel_x: vec3f,
     // Means of the light's curves over all directions.
     mean_diffuse: f32,
@@ -46,7 +46,7 @@ struct Frame {
     table_offset: f32,
     table_scale: f32,
     table_last: u32,
-    // Isosurfaces; they stand behind the table's entries: colour and texel, by texel.
+    // Isosurfaces; they stand behind the table's entries: colour and level, ascending.
     iso_count: u32,
     // Blocks along each axis, and cells along an edge of one.
     blocks: vec3u,
@@ -70,7 +70,9 @@ struct Frame {
     bins_last: u32,
     // Nodes along a side of the pre-integration table.
     nodes: u32,
-    reserved: vec2u,
+    // -1: greater texels are lesser values.
+    value_sign: f32,
+    reserved: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -29,9 +29,23 @@ fn position(ray: Ray, t: f32) -> vec3f {
     return ray.point + t * ray.direction;
 }
 
+// The axes along which a direction does not go: over the length of any volume it moves by less than rounding does. Relative
+// to the others, for directions are as long as there are voxels to a world unit.
+fn parallel_axes(direction: vec3f) -> vec3<bool> {
+    let along = abs(direction);
+    return along <= vec3f(1e-9 * max(along.x, max(along.y, along.z)));
+}
+
+// A distance after t that is `voxels` further along the axis that the ray follows most, and further than rounding in any
+// case: loops that step by it end.
+fn past(ray: Ray, t: f32, voxels: f32) -> f32 {
+    let along = abs(ray.direction);
+    return t + max(voxels / max(along.x, max(along.y, along.z)), 4e-7 * abs(t));
+}
+
 // Where the ray is inside the volume's box, not before its origin: (t_near, t_far); empty unless near < far.
 fn box_range(ray: Ray) -> vec2f {
-    let zero = ray.direction == vec3f(0.0);
+    let zero = parallel_axes(ray.direction);
     // A ray along a face is either between the two planes of an axis or it never is.
     let outside = zero & ((ray.point < vec3f(0.0)) | (ray.point > frame.extent));
     if any(outside) {

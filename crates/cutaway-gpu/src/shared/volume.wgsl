@@ -49,9 +49,10 @@ fn cell_of(p: vec3f) -> vec3i {
 }
 
 fn trilinear(corners: Corners, f: vec3f) -> f32 {
-    let plane = mix(corners.low, corners.high, f.z);
-    let line = mix(plane.xy, plane.zw, f.y);
-    return mix(line.x, line.y, f.x);
+    // Not `mix`, which may leave a range of equal values by a rounding.
+    let plane = corners.low + (corners.high - corners.low) * f.z;
+    let line = plane.xy + (plane.zw - plane.xy) * f.y;
+    return line.x + (line.y - line.x) * f.x;
 }
 
 fn exact_value(p: vec3f) -> f32 {
@@ -72,7 +73,23 @@ fn difference_at(p: vec3f) -> vec3f {
     );
 }
 
-// The gradient in the world; its unit is the volume's value range per world length.
+// The same of voxels in f32, whatever the adapter's filter is like: for surfaces, of which a pixel has few.
+fn exact_difference_at(p: vec3f) -> vec3f {
+    var d: vec3f;
+    for (var axis = 0; axis < 3; axis += 1) {
+        var unit = vec3f(0.0);
+        unit[axis] = 1.0;
+        d[axis] = exact_value(min(p + unit, frame.extent)) - exact_value(max(p - unit, vec3f(0.0)));
+    }
+    return d;
+}
+
+fn exact_gradient_at(p: vec3f) -> vec3f {
+    let d = exact_difference_at(p);
+    return frame.gradient_from_texel_x * d.x + frame.gradient_from_texel_y * d.y + frame.gradient_from_texel_z * d.z;
+}
+
+// The gradient in the world; its unit is the volume's value range per largest spacing.
 fn gradient_at(p: vec3f) -> vec3f {
     let d = difference_at(p);
     return frame.gradient_from_texel_x * d.x + frame.gradient_from_texel_y * d.y + frame.gradient_from_texel_z * d.z;

@@ -6,6 +6,7 @@ use cutaway_core::image::Image;
 use crate::args::SceneArgs;
 use crate::commands::session::{Counts, Session};
 use crate::commands::statistics::StatisticsFile;
+use crate::report::Verbosity;
 use crate::scene::Prepared;
 
 /// Frames before the first one that is measured.
@@ -26,7 +27,7 @@ pub(super) fn measure(
     orbit: Orbit,
     mut first: impl FnMut(&Image) -> anyhow::Result<()>,
 ) -> anyhow::Result<StatisticsFile> {
-    let mut session = Session::new(prepared, args)?;
+    let mut session = Session::new(prepared, args, Verbosity::Normal)?;
     let mut times = Vec::new();
     let mut last = Counts::default();
     for i in 0..WARM_UP + orbit.frames {
@@ -35,7 +36,7 @@ pub(super) fn measure(
         let turn = f64::from(measured.unwrap_or(i % orbit.frames)) / f64::from(orbit.frames);
         camera.azimuth((orbit.degrees * turn).to_radians());
         session.set_camera(camera)?;
-        let (image, statistics, ms) = session.frame(&|_| {});
+        let (image, statistics, ms) = session.frame(&|_| {})?;
         if i == 0 {
             first(&image)?;
         }

@@ -4,10 +4,12 @@
 //! `papers/` makes the volumes and scenes. Times of other machines in other decades are no comparison of renderers: they
 //! say what was possible, and whether costs grow the same way.
 
+mod haferburg;
 mod ray_triangle;
 mod termeer;
 
 use clap::ValueEnum;
+use cutaway_gpu::context::adapters;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -71,8 +73,14 @@ fn section(section: PaperSection, effort: Effort) -> anyhow::Result<Section> {
     match section {
         PaperSection::TermeerSoftware => termeer::software(name, effort),
         PaperSection::TermeerImageSize => termeer::image_size(name, effort),
+        PaperSection::HaferburgFetches => haferburg::fetches(name, effort),
         PaperSection::RayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
     }
+}
+
+/// The engine that renders on a GPU, if there is any, be it software.
+fn gpu_engine() -> Option<&'static str> {
+    (!adapters().is_empty()).then_some("raycast")
 }
 
 fn text(report: &Report) -> String {

@@ -5,7 +5,7 @@
 
 use serde_json::json;
 
-use super::{Effort, Section};
+use super::{Effort, Section, gpu_engine};
 use crate::commands::bench::frames::{Orbit, measure, scene_of_line};
 use crate::commands::statistics::StatisticsFile;
 use crate::scene::Prepared;
@@ -16,9 +16,9 @@ const STEP_LIKE: &str = "--opacity 0,0,0.49,0,0.5,1,1,1";
 /// A high degree of transparency: no ray through the volume becomes opaque.
 const TRANSPARENT: &str = "--opacity 0,0,1,0.01";
 
-fn line(size: u32, resolution: u32, opacity: &str) -> String {
+fn line(engine: &str, size: u32, resolution: u32, opacity: &str) -> String {
     format!(
-        "sample:marschner-lobb:{size} --resolution {resolution},{resolution} --step 1 --shade \
+        "sample:marschner-lobb:{size} --engine {engine} --resolution {resolution},{resolution} --step 1 --shade \
          --colormap viridis --range 0,1 {opacity}"
     )
 }
@@ -29,7 +29,7 @@ pub(super) fn software(name: String, effort: Effort) -> anyhow::Result<Section> 
     let mut cases = Vec::new();
     let mut prepared: Option<Prepared> = None;
     for (what, opacity) in [("step-like", STEP_LIKE), ("transparent", TRANSPARENT)] {
-        let line = line(size, resolution, opacity);
+        let line = line("cpu", size, resolution, opacity);
         let args = scene_of_line(&line)?;
         let scene = match prepared.take() {
             Some(before) => before.again(&args)?,
@@ -54,13 +54,14 @@ pub(super) fn software(name: String, effort: Effort) -> anyhow::Result<Section> 
 /// Sides of the images of figure 4.18, in pixels.
 const SIDES: [u32; 6] = [128, 256, 384, 512, 768, 1024];
 
-/// Frames a second over image size.
+/// Frames a second over image size, on the CPU and on a GPU where there is one (software or real).
 pub(super) fn image_size(name: String, effort: Effort) -> anyhow::Result<Section> {
     let size = effort.size(256);
     let mut cases = Vec::new();
     let mut prepared: Option<Prepared> = None;
-    for side in SIDES {
-        let line = line(size, effort.size(side), TRANSPARENT);
+    let engines = std::iter::once("cpu").chain(gpu_engine());
+    for (engine, side) in engines.flat_map(|engine| SIDES.map(|side| (engine, side))) {
+        let line = line(engine, size, effort.size(side), TRANSPARENT);
         let args = scene_of_line(&line)?;
         let scene = match prepared.take() {
             Some(before) => before.again(&args)?,
@@ -73,9 +74,9 @@ pub(super) fn image_size(name: String, effort: Effort) -> anyhow::Result<Section
     }
     Ok(Section {
         name,
-        paper: "Termeer, Constructive Solid Geometry and Volume Rendering (2005), figure 4.18 (a)",
+        paper: "Termeer, Constructive Solid Geometry and Volume Rendering (2005), figure 4.18",
         paper_says: "frames a second over the square root of the number of pixels, 256 x 256 x 256 voxels, medium to high \
-                     transparency, dual Intel Xeon 2.8 GHz; a curve without numbers",
+                     transparency, (a) a dual Intel Xeon 2.8 GHz, (b) an NVIDIA GPU of 2005; curves without numbers",
         measured: format!("sample:marschner-lobb:{size}, transparent, shaded, a step of one voxel"),
         rows: cases.iter().map(Case::json).collect(),
         text: Case::table(&cases),
@@ -101,6 +102,8 @@ impl Case {
 
     fn json(&self) -> serde_json::Value {
         json!({
+            "engine": self.statistics.engine,
+            "adapter": self.statistics.adapter,
             "transfer_function": self.what,
             "volume": ([self.size; 3]),
             "resolution": self.statistics.resolution,
@@ -113,11 +116,12 @@ impl Case {
     }
 
     fn table(cases: &[Self]) -> (Vec<&'static str>, Vec<Vec<String>>) {
-        let heads = vec!["transfer function", "image", "ms a frame", "frames/s", "paper's frames/s"];
+        let heads = vec!["transfer function", "on", "image", "ms a frame", "frames/s", "paper's frames/s"];
         let row = |case: &Self| {
             let [width, height] = case.statistics.resolution;
             vec![
                 case.what.to_owned(),
+                case.statistics.adapter.clone().unwrap_or_else(|| case.statistics.engine.to_owned()),
                 format!("{width} x {height}"),
                 format!("{:.2}", case.statistics.frame_ms.median),
                 format!("{:.1}", case.frames_per_second()),
