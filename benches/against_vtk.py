@@ -7,6 +7,11 @@ PEERS is a folder with bench_vtk.py (one VTK measurement, one JSON line), scenes
 and volumes/NAME.raw + NAME.json; PYTHON is an interpreter that has VTK. Both renderers get the same volume, transfer
 function, light, orbit, image size and sampling distance (one voxel), one after the other, so that the ratio holds even
 where the times do not carry over to another machine.
+
+`--distances` adds how far the first picture of each is from that of cutaway's reference engine: the root mean square of
+the differences of red, green and blue over black, of 255. PYTHON then needs numpy and pillow, too. The reference takes
+steps of `--reference-step` voxels: of one, it tells how alike two programs take the same samples; of less, how near each
+comes to the integral. It is slow, half a minute a scene and more: name scenes with `--only`.
 """
 import argparse
 import json
@@ -74,14 +79,50 @@ def scene(definitions, meta, path, tf, shade, mode):
     }
 
 
-def run_cutaway(binary, description, frames, png):
+def with_scene(description, command):
+    """Runs a command of cutaway with a scene; what it printed."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "scene.json")
         with open(path, "w") as file:
             json.dump(description, file)
-        command = [binary, "bench", "frame", "--scene", path, "--frames", str(frames), "--orbit", "360", "--threads", "2"]
-        command += ["--output", png] if png else []
-        return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        done = subprocess.run(command + ["--scene", path], capture_output=True, text=True)
+        if done.returncode != 0:
+            sys.exit(f"{' '.join(command)}: {done.stderr.strip()}")
+        return done.stdout
+
+
+def run_cutaway(binary, description, frames, png):
+    command = [binary, "bench", "frame", "--frames", str(frames), "--orbit", "360", "--threads", "2"]
+    command += ["--output", png] if png else []
+    return json.loads(with_scene(description, command))
+
+
+def run_reference(binary, description, step, png):
+    with_scene(description, [binary, "render", "--engine", "reference", "--step", str(step), "--quiet", "-o", png])
+
+
+# Runs under PYTHON: prints the distance of each picture from the first one.
+DISTANCES = """
+import sys
+import numpy
+from PIL import Image
+
+def over_black(path):
+    pixels = numpy.asarray(Image.open(path).convert("RGBA"), dtype=float)
+    return pixels[..., :3] * pixels[..., 3:] / 255.0
+
+reference = over_black(sys.argv[1])
+for path in sys.argv[2:]:
+    print(numpy.sqrt(numpy.mean((over_black(path) - reference) ** 2)))
+"""
+
+
+def distances(python, reference, pictures):
+    command = [python, "-c", DISTANCES, reference, *pictures]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{python} cannot compare pictures: {done.stderr.strip()[-300:]}")
+    return [float(line) for line in done.stdout.split()]
 
 
 def run_vtk(peers, python, volume, tf, shade, mode, frames, png):
@@ -105,30 +146,50 @@ def main():
     parser.add_argument("--cutaway", default="target/release/cutaway")
     parser.add_argument("--only", default="")
     parser.add_argument("--frames", type=int, default=20)
-    parser.add_argument("--images", help="folder for the first frame of both")
+    parser.add_argument("--images", help="folder for the first frame of each")
     parser.add_argument("--skip-vtk", action="store_true")
+    parser.add_argument("--distances", action="store_true", help="compare the pictures with the reference engine's")
+    parser.add_argument("--reference-step", type=float, default=1.0, help="steps of the reference, in voxels [1]")
     a = parser.parse_args()
     with open(os.path.join(a.peers, "scenes.json")) as file:
         definitions = json.load(file)
-    print("| scene | VTK ms | cutaway ms | VTK / cutaway | VTK first frame ms | prepare + classify + first ms | VTK MB | cutaway MB |")
-    print("|---|---|---|---|---|---|---|---|", flush=True)
-    for name, volume, tf, shade, mode in SCENES:
-        if a.only not in name:
-            continue
-        folder = os.path.join(a.peers, "volumes")
-        with open(os.path.join(folder, volume + ".json")) as file:
-            meta = dict(json.load(file), name=volume)
-        png = lambda who: a.images and os.path.join(a.images, f"{name.replace(' ', '_').replace(',', '')}_{who}.png")
-        description = scene(definitions, meta, os.path.abspath(os.path.join(folder, volume + ".raw")), tf, shade, mode)
-        ours = run_cutaway(a.cutaway, description, a.frames, png("cutaway"))
-        first = ours["prepare_ms"] + ours["classify_ms"] + ours["frame_ms"]["max"]
-        ms, mb = ours["frame_ms"]["median"], ours["peak_rss_bytes"] / 1e6
-        if a.skip_vtk:
-            print(f"| {name} | | {ms:.1f} | | | {first:.0f} | | {mb:.0f} |", flush=True)
-            continue
+    columns = ["scene", "VTK ms", "cutaway ms", "VTK / cutaway", "VTK first frame ms", "prepare + classify + first ms",
+               "VTK MB", "cutaway MB"]
+    columns += ["VTK from reference", "cutaway from reference"] * a.distances
+    print("| " + " | ".join(columns) + " |")
+    print("|---" * len(columns) + "|", flush=True)
+    with tempfile.TemporaryDirectory() as temporary:
+        for name, volume, tf, shade, mode in SCENES:
+            if a.only in name:
+                row = compare(a, definitions, a.images or temporary, (name, volume, tf, shade, mode))
+                print("| " + " | ".join(row) + " |", flush=True)
+
+
+def compare(a, definitions, images, which):
+    """The cells of a scene's row."""
+    name, volume, tf, shade, mode = which
+    folder = os.path.join(a.peers, "volumes")
+    with open(os.path.join(folder, volume + ".json")) as file:
+        meta = dict(json.load(file), name=volume)
+    wanted = a.images or a.distances
+    png = lambda who: wanted and os.path.join(images, f"{name.replace(' ', '_').replace(',', '')}_{who}.png")
+    path = os.path.abspath(os.path.join(folder, volume + ".raw"))
+    description = scene(definitions, meta, path, tf, shade, mode)
+    ours = run_cutaway(a.cutaway, description, a.frames, png("cutaway"))
+    first = ours["prepare_ms"] + ours["classify_ms"] + ours["frame_ms"]["max"]
+    ms, mb = ours["frame_ms"]["median"], ours["peak_rss_bytes"] / 1e6
+    if a.skip_vtk:
+        row = [name, "", f"{ms:.1f}", "", "", f"{first:.0f}", "", f"{mb:.0f}"]
+    else:
         vtk = run_vtk(a.peers, a.python, volume, tf, shade, mode, a.frames, png("vtk"))
-        print(f"| {name} | {vtk['ms_median']:.1f} | {ms:.1f} | {vtk['ms_median'] / ms:.2f} | {vtk['first_frame_ms']:.0f} "
-              f"| {first:.0f} | {vtk['peak_rss_mb']:.0f} | {mb:.0f} |", flush=True)
+        row = [name, f"{vtk['ms_median']:.1f}", f"{ms:.1f}", f"{vtk['ms_median'] / ms:.2f}",
+               f"{vtk['first_frame_ms']:.0f}", f"{first:.0f}", f"{vtk['peak_rss_mb']:.0f}", f"{mb:.0f}"]
+    if a.distances:
+        run_reference(a.cutaway, description, a.reference_step, png("reference"))
+        pictures = [png("cutaway")] if a.skip_vtk else [png("vtk"), png("cutaway")]
+        found = [f"{d:.2f}" for d in distances(a.python, png("reference"), pictures)]
+        row += [""] * a.skip_vtk + found
+    return row
 
 
 if __name__ == "__main__":

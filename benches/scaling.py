@@ -6,8 +6,9 @@ docs/performance.md.
 
 Each point is the median of `--frames` frames of an orbit, by `cutaway bench frame`, of `sample:sphere:SIZE` in steps of one
 voxel with light. The transfer function `full` shows every voxel, so faintly that no ray ends early; `mostly empty` shows
-a ball of a fifth of the box's width. `--large` adds 1024 voxels a side, which takes 8 GiB of memory. `--dry-run` prints the
-table and writes nothing. Only the standard library is used.
+a ball of a fifth of the box's width. `--largest 768` and `--largest 1024` go on to larger volumes, at 4 and 9 GiB of memory (their voxels are floats);
+what would not fit the memory that is free is left out, and said so. `--dry-run` prints the table and writes nothing. Only
+the standard library is used.
 """
 import argparse
 import json
@@ -18,7 +19,9 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-VOLUMES = [64, 128, 256, 512]
+VOLUMES = [64, 128, 256, 512, 768, 1024]
+# The program's peak memory a voxel while it makes such a volume.
+BYTES_A_VOXEL = 8.5
 IMAGES = [128, 256, 512, 1024, 2048]
 # What stays the same while the other one changes.
 VOLUME, IMAGE = 256, 512
@@ -34,6 +37,19 @@ def function(name, size):
     else:
         points = [(0.8, color[0], 0.0), (1.0, color[1], 8.0 / size)]
     return {"points": [{"value": v, "color": c, "opacity": a} for v, c, a in points]}
+
+
+def fits(size):
+    """Whether a volume fits the free memory, where the system tells how much there is."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            free = next(int(line.split()[1]) * 1024 for line in file if line.startswith("MemAvailable"))
+    except (OSError, StopIteration):
+        return True
+    if size**3 * BYTES_A_VOXEL <= free:
+        return True
+    print(f"left out: {size} voxels a side need {int(size**3 * BYTES_A_VOXEL) >> 20} MiB, {free >> 20} are free", file=sys.stderr)
+    return False
 
 
 def measure(program, folder, name, size, image, frames):
@@ -174,12 +190,12 @@ def main():
     target = os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target"))
     parser.add_argument("--cutaway", default=os.path.join(target, "release", "cutaway"), help="the program")
     parser.add_argument("--frames", type=int, default=20, help="frames a point [20]")
-    parser.add_argument("--large", action="store_true", help="also 1024 voxels a side (8 GiB of memory)")
+    parser.add_argument("--largest", type=int, default=512, help="voxels a side of the largest volume, up to 1024 [512]")
     parser.add_argument("--dry-run", action="store_true", help="write nothing")
     options = parser.parse_args()
     if not os.path.exists(options.cutaway):
         sys.exit(f"{options.cutaway} does not exist; run: cargo build --release")
-    sizes = VOLUMES + [1024] * options.large
+    sizes = [size for size in VOLUMES if size <= options.largest and fits(size)]
     with tempfile.TemporaryDirectory() as folder:
         run = lambda name, size, image: measure(options.cutaway, folder, name, size, image, options.frames)
         volumes = [run(name, size, IMAGE) for size in sizes for name in FUNCTIONS]

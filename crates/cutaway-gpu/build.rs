@@ -4,7 +4,20 @@
 use wesl::{ManglerKind, ModulePath, Wesl};
 
 /// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &["raycast::raycast", "ranges::value_ranges", "ranges::occupancy"];
+const SHADERS: &[&str] = &[
+    "raycast::raycast",
+    "ranges::value_ranges",
+    "ranges::occupancy",
+    "context::filter",
+    "proxy::cells",
+    "proxy::view",
+    "proxy::range",
+    "geometry::surface",
+    "geometry::behind",
+    "raycast::finish::fill",
+    "raycast::finish::blur",
+    "raycast::sampling::directions",
+];
 
 fn main() {
     let mut linker = Wesl::new("src");

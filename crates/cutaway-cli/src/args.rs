@@ -152,7 +152,7 @@ pub(crate) struct SceneArgs {
     /// Accumulated opacity at which a ray ends [0.999]
     #[arg(long, value_name = "A", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) early_termination: Option<f64>,
-    /// Whether to cross invisible blocks without sampling them: off or auto [auto]
+    /// How to skip what is invisible: off, cells, fitted, boundary, contour, fitted-contour or auto; the image is the same [auto]
     #[arg(long, value_parser = values::space_skipping, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) space_skipping: Option<SpaceSkipping>,
     /// Where samples lie: view (a step apart along the ray) or object (on planes of voxels) [view]
@@ -177,6 +177,12 @@ pub(crate) struct SceneArgs {
     /// along x and y, 2 to 16 [off]
     #[arg(long, value_parser = values::image_interpolation, value_name = "HOW", allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) image_interpolation: Option<ImageInterpolation>,
+    /// Let steps begin at shares of a step that differ from pixel to pixel: noise instead of rings (GPU engines)
+    #[arg(long, help_heading = "Sampling")]
+    pub(crate) jitter: bool,
+    /// Blur the finished image by a Gaussian of sigma S pixels, up to 64 [0: not at all]
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
+    pub(crate) blur: Option<f64>,
 }
 
 /// What raw data are, where neither their name nor a JSON file beside them tells.

@@ -9,7 +9,8 @@ use cutaway_core::colormaps::ColormapError;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
 use cutaway_core::scene::{
-    MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, SceneFile, TransferFunctionFile, default_camera,
+    Engine, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, SceneFile, TransferFunctionFile,
+    default_camera,
 };
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
@@ -48,6 +49,9 @@ impl Prepared {
     pub(crate) fn report(&self, verbosity: Verbosity) {
         self.loaded.report(verbosity);
         self.clip.iter().flat_map(|clip| &clip.notices).for_each(|notice| verbosity.notice(notice));
+        if self.settings.engine != Engine::Reference {
+            cutaway_cpu::notices(&self.settings).iter().for_each(|notice| verbosity.notice(notice));
+        }
     }
 
     /// Another scene of the same volume, which is not loaded again: the volume that `args` name is not looked at.
@@ -130,6 +134,7 @@ impl Origins {
             ("adaptive_threshold", "--adaptive-threshold", args.adaptive_threshold.is_some()),
             ("pre_integration", "--pre-integration", args.pre_integration),
             ("image_interpolation", "--image-interpolation", args.image_interpolation.is_some()),
+            ("blur", "--blur", args.blur.is_some()),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),
@@ -234,6 +239,8 @@ fn settings(
     s.gradient = args.gradient.unwrap_or(s.gradient);
     s.layout = args.layout.unwrap_or(s.layout);
     s.image_interpolation = args.image_interpolation.unwrap_or(s.image_interpolation);
+    s.jitter |= args.jitter;
+    s.blur = args.blur.unwrap_or(s.blur);
     s.brightness = args.function.brightness.unwrap_or(s.brightness);
     if let Some(resolution) = &args.resolution {
         s.resolution = resolution.exactly_whole("--resolution")?;

@@ -11,8 +11,7 @@ use crate::report;
 use crate::values::closest;
 
 /// Options that the interface names and later versions will have.
-const OPTIONS: &[&str] =
-    &["--jitter", "--blur", "--clip-events", "--buffer-depth", "--turntable", "--frames"];
+const OPTIONS: &[&str] = &["--clip-events", "--buffer-depth", "--turntable", "--frames"];
 
 /// Commands that the interface names and later versions will have.
 const COMMANDS: &[&str] = &["view"];

@@ -142,12 +142,7 @@ pub(crate) fn segment_count(text: &str) -> Result<SegmentCount, String> {
 }
 
 pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
-    if matches!(text, "cells" | "fitted" | "boundary" | "contour" | "fitted-contour") {
-        return Err(format!(
-            "`{text}` belongs to an engine that does not exist in this version; choose from off, auto"
-        ));
-    }
-    named(text, "way of skipping", &[("off", SpaceSkipping::Off), ("auto", SpaceSkipping::Auto)])
+    named(text, "way of skipping", &SpaceSkipping::ALL.map(|how| (how.name(), how)))
 }
 
 /// The finders of lines and pixels; `peel` and `lists` are a GPU engine's.

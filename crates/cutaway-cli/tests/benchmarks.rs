@@ -89,7 +89,10 @@ fn papers_are_sections_of_rows() {
     has_keys(&report, &["threads", "frames", "sections"]);
     let sections = rows(&report, "sections");
     let names: Vec<&str> = sections.iter().map(|s| s["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["termeer-software", "termeer-image-size", "haferburg-fetches", "termeer-ray-triangle"]);
+    assert_eq!(
+        names,
+        ["termeer-software", "termeer-image-size", "haferburg-fetches", "termeer-ray-triangle"]
+    );
     for section in sections {
         has_keys(section, &["name", "paper", "paper_says", "measured", "rows"]);
         if section["name"] == "termeer-ray-triangle" {

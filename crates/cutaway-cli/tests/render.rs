@@ -322,3 +322,20 @@ fn a_reader_of_an_image_that_leaves_is_an_error() {
         "{err}"
     );
 }
+
+#[test]
+fn blur_softens_the_image_and_jitter_without_a_gpu_is_told_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = "render sample:sphere:16 --resolution 40,30 --engine cpu -o";
+    run(folder.path(), &format!("{render} sharp.png")).succeeds();
+    run(folder.path(), &format!("{render} soft.png --blur 2")).succeeds();
+    assert_ne!(
+        std::fs::read(folder.path().join("sharp.png")).unwrap(),
+        std::fs::read(folder.path().join("soft.png")).unwrap()
+    );
+    for wrong in ["-1", "65", "nan"] {
+        run(folder.path(), &format!("{render} a.png --blur {wrong}")).fails(2, &["--blur"]);
+    }
+    let said = run(folder.path(), &format!("{render} a.png --jitter"));
+    assert!(said.err.contains("does not jitter"), "{}", said.err);
+}

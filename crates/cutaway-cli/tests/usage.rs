@@ -116,7 +116,7 @@ fn wrong_resolutions_are_refused() {
 }
 
 /// The options of the interface that later versions will have.
-const LATER: [&str; 5] = ["--jitter", "--blur", "--buffer-depth", "--turntable", "--frames"];
+const LATER: [&str; 3] = ["--buffer-depth", "--turntable", "--frames"];
 
 /// A test that knows which of these are there by now, so that none is forgotten in the list and none is ignored.
 #[test]
@@ -137,9 +137,6 @@ fn options_that_do_not_exist_yet_are_refused_by_name() {
             run(folder.path(), &format!("{RENDER} {form}"))
                 .fails(2, &[engine, "does not exist in this version"]);
         }
-    }
-    for how in ["cells", "fitted", "boundary", "contour", "fitted-contour"] {
-        run(folder.path(), &format!("{RENDER} --space-skipping {how}")).fails(2, &[how, "does not exist"]);
     }
     for line in ["view", "view a.nii", "help view"] {
         run(folder.path(), line).fails(2, &["does not exist in this version"]);

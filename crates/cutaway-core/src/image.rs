@@ -8,6 +8,7 @@
 //! here converts to or from sRGB or any other encoding. A colour channel may exceed its alpha (a highlight adds light
 //! without opacity); only the integer forms clamp.
 
+pub mod blur;
 pub mod compare;
 mod ssim;
 

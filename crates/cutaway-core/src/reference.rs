@@ -90,7 +90,8 @@ pub fn render_with_progress(scene: &Scene, progress: &(dyn Fn(f32) + Sync)) -> (
     let colors = cast().map(|p| p.premultiplied.map(|c| c as f32)).collect();
     let depths = cast().map(|p| p.depth as f32).collect();
     let image = Image::new(width, height, colors).and_then(|image| image.with_depth(depths));
-    (image.expect("one pixel a ray of a resolution that the scene has checked"), statistics)
+    let image = image.expect("one pixel a ray of a resolution that the scene has checked");
+    (image.blurred(scene.settings().blur), statistics)
 }
 
 /// What a row of rays shares.

@@ -11,6 +11,7 @@ use crate::camera::{Camera, CameraError};
 use crate::clip::{
     Clip, ClipFile, ClipShading, FlatClip, Impregnation, PoseError, SegmentCount, SegmentLimit,
 };
+use crate::image::blur::LARGEST_SIGMA;
 use crate::lighting::Lighting;
 use crate::space::WorldFrame;
 use crate::transfer_function::{ControlPoint, TransferFunction};
@@ -76,15 +77,55 @@ impl Engine {
     }
 }
 
-/// How empty space is skipped.
+/// How empty space is skipped. All ways give the same image.
+///
+/// The GPU ray caster begins and ends its rays at the surface of a *proxy geometry* of cells that can be visible (Termeer,
+/// figure 4.8), and crosses what is empty in between block by block. The other engines have no use for a proxy: to them
+/// every way but [`Self::Off`] is [`Self::Auto`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpaceSkipping {
     /// Every sample inside the volume is taken.
     Off,
-    /// Blocks that cannot be visible are crossed without a sample.
+    /// Proxy: all cells that can be visible, as boxes.
+    Cells,
+    /// Proxy: the same, each shrunk to what can be visible in it.
+    Fitted,
+    /// Proxy: those that touch a cell that cannot be visible, or the volume's border.
+    Boundary,
+    /// Proxy: only the faces between cells that can be visible and cells that cannot.
+    Contour,
+    /// Proxy: shrunk cells, without the faces that two of them share.
+    FittedContour,
+    /// Blocks that cannot be visible are crossed without a sample, in the way that is fastest.
     #[default]
     Auto,
+}
+
+impl SpaceSkipping {
+    /// Every way.
+    pub const ALL: [Self; 7] = [
+        Self::Off,
+        Self::Cells,
+        Self::Fitted,
+        Self::Boundary,
+        Self::Contour,
+        Self::FittedContour,
+        Self::Auto,
+    ];
+
+    /// The name at the command line and in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Cells => "cells",
+            Self::Fitted => "fitted",
+            Self::Boundary => "boundary",
+            Self::Contour => "contour",
+            Self::FittedContour => "fitted-contour",
+            Self::Auto => "auto",
+        }
+    }
 }
 
 /// Where along a ray samples lie.
@@ -184,6 +225,11 @@ pub struct RenderSettings {
     pub segments: SegmentCount,
     /// Whether the last of a limited number of segments goes on to the backmost surface.
     pub backmost: bool,
+    /// Whether steps begin a fixed, pixel by pixel different share of a step later, which turns rings into noise (Termeer
+    /// 4.2.5). GPU engines only.
+    pub jitter: bool,
+    /// Sigma in pixels of a Gaussian that the finished image is blurred by, 0 (not at all) to 64.
+    pub blur: f64,
 }
 
 impl Default for RenderSettings {
@@ -206,6 +252,8 @@ impl Default for RenderSettings {
             layout: Layout::default(),
             segments: SegmentCount::default(),
             backmost: false,
+            jitter: false,
+            blur: 0.0,
         }
     }
 }
@@ -434,6 +482,9 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
             "one of the two: a pre-integrated step needs no finer one",
         ));
     }
+    if !(0.0..=LARGEST_SIGMA).contains(&s.blur) {
+        return Err(setting("blur", s.blur, "0 to 64 pixels"));
+    }
     if let ImageInterpolation::Factor(factor) = s.image_interpolation
         && !ImageInterpolation::FACTORS.contains(&factor)
     {
@@ -608,6 +659,9 @@ mod tests {
             RenderSettings { mode: Mode::Iso, ..Default::default() },
             RenderSettings { image_interpolation: ImageInterpolation::Factor(1), ..Default::default() },
             RenderSettings { image_interpolation: ImageInterpolation::Factor(17), ..Default::default() },
+            RenderSettings { blur: -0.5, ..Default::default() },
+            RenderSettings { blur: f64::NAN, ..Default::default() },
+            RenderSettings { blur: 65.0, ..Default::default() },
         ];
         for s in wrong {
             assert!(validate_settings(&s).is_err(), "{s:?}");

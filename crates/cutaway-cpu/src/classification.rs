@@ -132,7 +132,7 @@ impl Classification {
     pub(crate) fn table_index<S: Simd>(&self, simd: S, stored: S::f32s) -> S::u32s {
         let (lo, scale) = self.index_map;
         let last = self.opacities.len() as i32 - 1;
-        let index: S::i32s = ((stored - lo) * scale + 0.5).to_int();
+        let index: S::i32s = (stored - lo).mul_add(scale, 0.5).to_int();
         index.max(S::i32s::splat(simd, 0)).min(S::i32s::splat(simd, last)).bitcast()
     }
 

@@ -135,7 +135,8 @@ impl Progressive<'_> {
     pub fn image(&self) -> Image {
         let depths = DepthFill::of(self.scene.settings().mode);
         let size = self.scene.resolution();
-        self.renderer.install(|| self.current.filled(size, 1, depths)).into_image()
+        let blur = self.scene.settings().blur;
+        self.renderer.install(|| self.current.filled(size, 1, depths).into_image().blurred(blur))
     }
 
     /// What all calls together took.
@@ -196,7 +197,8 @@ impl Progressive<'_> {
                 // Tiles are taken in order, and a tile that is taken is cast: what is cast is always the first so many.
                 let Some(&tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
                 let started = Instant::now();
-                let tile = renderer.cast(&kernel, &frame, tile);
+                let mut tile = Tile::new(tile.0, tile.1);
+                renderer.cast(&kernel, &frame, &mut tile);
                 let entry = (tile, started.elapsed());
                 finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(entry);
             }
@@ -207,13 +209,15 @@ impl Progressive<'_> {
 
     fn take_in(&mut self, finished: &[(Tile, Duration)]) {
         let (mut seconds, mut pixels) = (0.0, 0.0);
+        let (width, height) = (self.current.raster.width, self.current.raster.height);
+        let rows = self.current.raster.rows_of_tiles();
         for (tile, time) in finished {
-            self.current.raster.put(tile);
-            self.tally.add(tile);
-            let (width, height) = (self.current.raster.width, self.current.raster.height);
+            rows[(tile.y / TILE) as usize].put(tile);
+            self.tally = self.tally.and(Tally::of(tile));
             pixels += f64::from(TILE.min(width - tile.x)) * f64::from(TILE.min(height - tile.y));
             seconds += time.as_secs_f64();
         }
+        drop(rows);
         if pixels > 0.0 {
             let newest = seconds / pixels;
             self.pace = Some(self.pace.map_or(newest, |pace| 0.5 * (pace + newest)));

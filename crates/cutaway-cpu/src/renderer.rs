@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cutaway_core::image::Image;
-use cutaway_core::scene::{ImageInterpolation, Scene};
+use cutaway_core::scene::{ImageInterpolation, RenderSettings, Scene};
 use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::{Volume, Voxels};
 use fearless_simd::Level;
@@ -18,7 +18,7 @@ use crate::lattice::{DepthFill, Lattice};
 use crate::normals;
 use crate::rays::Frame;
 use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
-use crate::tiles::{Raster, TILE, Tally, Tile, morton_tiles};
+use crate::tiles::{Raster, Scratch, TILE, Tally, Tile, morton_tiles};
 
 /// Why the engine cannot start or render.
 #[derive(Debug, thiserror::Error)]
@@ -92,6 +92,12 @@ pub struct Statistics {
     pub skipped_fraction: f64,
 }
 
+/// What of these settings the engine does without, in words for whoever asked for it.
+pub fn notices(settings: &RenderSettings) -> Vec<String> {
+    let jitter = "the cpu engine does not jitter; `--adaptive-threshold` or `--pre-integration` are against rings, too";
+    if settings.jitter { vec![jitter.to_owned()] } else { Vec::new() }
+}
+
 /// Threads and an instruction set.
 #[derive(Debug)]
 pub struct CpuRenderer {
@@ -160,7 +166,7 @@ impl CpuRenderer {
             ImageInterpolation::Factor(factor) => render.every_so_many(factor),
             ImageInterpolation::Adaptive => render.adaptive(),
         });
-        (raster.into_image(), render.tally.statistics())
+        (self.install(|| raster.into_image().blurred(scene.settings().blur)), render.tally.statistics())
     }
 
     /// Runs work on every thread at once.
@@ -173,9 +179,9 @@ impl CpuRenderer {
         self.pool.install(work)
     }
 
-    /// Casts the tile of a frame whose top left pixel is `(x, y)`.
-    pub(crate) fn cast(&self, kernel: &Kernel, frame: &Frame, (x, y): (u32, u32)) -> Tile {
-        cast::tile(self.level, kernel, frame, x, y)
+    /// Casts a tile of a frame.
+    pub(crate) fn cast(&self, kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
+        cast::tile(self.level, kernel, frame, tile);
     }
 }
 
@@ -225,23 +231,23 @@ impl Render<'_> {
     fn tiles(&mut self, frame: &Frame, [from, to]: [f32; 2], finish: impl Fn(&mut Tile) + Sync) -> Raster {
         let corners = morton_tiles(frame.width, frame.height);
         let done = AtomicUsize::new(0);
+        let mut raster = Raster::new((frame.width, frame.height));
+        let rows = raster.rows_of_tiles();
+        let scratch = Scratch::new(self.renderer.threads());
         let cast = |&(x, y): &(u32, u32)| {
-            let mut tile = if frame.wants((x, y), (TILE, TILE)) {
-                self.renderer.cast(self.kernel, frame, (x, y))
-            } else {
-                Tile::new(x, y)
-            };
+            let mut tile = scratch.tile(x, y);
+            if frame.wants((x, y), (TILE, TILE)) {
+                self.renderer.cast(self.kernel, frame, &mut tile);
+            }
             finish(&mut tile);
+            rows[(y / TILE) as usize].put(&tile);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             (self.progress)(from + (to - from) * (done as f32 / corners.len() as f32));
-            tile
+            Tally::of(&tile)
         };
-        let tiles: Vec<Tile> = corners.par_iter().with_max_len(1).map(cast).collect();
-        let mut raster = Raster::new((frame.width, frame.height));
-        for tile in &tiles {
-            raster.put(tile);
-            self.tally.add(tile);
-        }
+        let tally = corners.par_iter().with_max_len(1).map(cast).reduce(Tally::default, Tally::and);
+        drop(rows);
+        self.tally = self.tally.and(tally);
         raster
     }
 }

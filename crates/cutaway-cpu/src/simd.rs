@@ -134,7 +134,7 @@ impl<'a, T: Copy> LaneSource<'a, T> {
     where
         T: Default,
     {
-        let indices = opaque(simd, self.bounded(simd, i, 1));
+        let indices: [u32; MAX_LANES] = opaque(simd, &self.bounded(simd, i, 1), 0);
         let mut out = [T::default(); MAX_LANES];
         for l in 0..S::u32s::LEN {
             debug_assert!((indices[l] as usize) < self.0.len());
@@ -160,9 +160,12 @@ impl LaneSource<'_, [f32; 4]> {
     pub(crate) fn columns<S: Simd>(self, simd: S, i: S::u32s) -> [S::f32s; 4] {
         let found = self.singles(simd, i);
         let (n, found) = (S::f32s::LEN, found.as_flattened());
-        let vector = |k: usize| S::f32s::from_slice(simd, &found[k * n..(k + 1) * n]);
-        let (red_blue, green_alpha) = vector(0).deinterleave(vector(1));
-        let (red_blue_2, green_alpha_2) = vector(2).deinterleave(vector(3));
+        let mut vectors = [S::f32s::splat(simd, 0.0); 4];
+        for k in 0..4 {
+            vectors[k] = S::f32s::from_slice(simd, &found[k * n..(k + 1) * n]);
+        }
+        let (red_blue, green_alpha) = vectors[0].deinterleave(vectors[1]);
+        let (red_blue_2, green_alpha_2) = vectors[2].deinterleave(vectors[3]);
         let (red, blue) = red_blue.deinterleave(red_blue_2);
         let (green, alpha) = green_alpha.deinterleave(green_alpha_2);
         [red, green, blue, alpha]
@@ -230,11 +233,30 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
             return self.words_of_few(simd, i, offsets);
         }
         let bounded = self.bounded(simd, i, reach);
-        let indices = opaque(simd, bounded);
+        let mut found = [[0u32; MAX_LANES]; N];
+        // Few lanes at a time where words are few: so neither indices nor what is found are more than the registers hold.
+        if N <= GROUP {
+            for first in (0..S::u32s::LEN).step_by(GROUP) {
+                let indices: [u32; GROUP] = opaque(simd, &bounded, first);
+                for k in 0..N {
+                    for l in 0..GROUP {
+                        // SAFETY: bounded + the greatest offset + a word's elements is within the slice.
+                        found[k][first + l] = unsafe { self.word(indices[l], offsets[k]) };
+                    }
+                }
+            }
+        } else {
+            let indices: [u32; MAX_LANES] = opaque(simd, &bounded, 0);
+            for k in 0..N {
+                for l in 0..S::u32s::LEN {
+                    // SAFETY: as above.
+                    found[k][l] = unsafe { self.word(indices[l], offsets[k]) };
+                }
+            }
+        }
         let mut words = [bounded; N];
         for k in 0..N {
-            // SAFETY: bounded + the greatest offset + a word's elements is within the slice.
-            words[k] = unsafe { self.word(simd, &indices, offsets[k]) };
+            words[k] = S::u32s::from_slice(simd, &found[k][..S::u32s::LEN]);
         }
         // A pair of 8-bit voxels at the very end is read with the two before it.
         if T::PER_WORD == 4 && i.simd_gt(bounded).any_true() {
@@ -262,33 +284,35 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
         out
     }
 
+    /// The word that begins at element `i + offset`.
+    ///
     /// # Safety
-    /// `indices + offset + T::PER_WORD` must not be beyond the end in any lane that is in use.
+    /// `i + offset + T::PER_WORD` must not be beyond the end.
     #[inline(always)]
-    unsafe fn word<S: Simd>(self, simd: S, indices: &[u32; MAX_LANES], offset: u32) -> S::u32s {
-        let mut words = [0u32; MAX_LANES];
-        // SAFETY: within the slice, for `offset` alone is. One base an offset, so that kernels add nothing a lane.
-        let base = unsafe { self.0.as_ptr().add(offset as usize) };
-        for l in 0..S::u32s::LEN {
-            let i = indices[l] as usize;
-            debug_assert!(i + offset as usize + T::PER_WORD <= self.0.len());
-            // SAFETY: the caller keeps these four bytes within the slice; they need no alignment and any bits make a
-            // u32. Unchecked because a check a lane costs more than the load. Twin: as above.
-            words[l] = u32::from_le(unsafe { base.add(i).cast::<u32>().read_unaligned() });
-        }
-        S::u32s::from_slice(simd, &words[..S::u32s::LEN])
+    unsafe fn word(self, i: u32, offset: u32) -> u32 {
+        debug_assert!(i as usize + offset as usize + T::PER_WORD <= self.0.len());
+        // SAFETY: the caller keeps these four bytes within the slice, and `offset` alone is; they need no alignment and any
+        // bits make a u32. Unchecked because a check a lane costs more than the load. Twin: as above. The base of an offset
+        // is the same for all lanes, so that kernels add nothing a lane.
+        u32::from_le(unsafe {
+            self.0.as_ptr().add(offset as usize).add(i as usize).cast::<u32>().read_unaligned()
+        })
     }
 }
 
-/// The lanes of a vector as numbers that the compiler does not know to come from one: else it turns the loads that they
-/// index into hardware gathers, which take 1.8 to 2.8 times as long.
+/// Lanes whose words are read together.
+const GROUP: usize = 4;
+
+/// `N` lanes of a vector, from `first` on, as numbers that the compiler does not know to come from one: else it turns the
+/// loads that they index into hardware gathers, which take 1.8 to 2.8 times as long. 0 in lanes that the vector does not
+/// have.
 #[inline(always)]
-fn opaque<S: Simd>(_simd: S, v: S::u32s) -> [u32; MAX_LANES] {
-    let mut lanes = [0; MAX_LANES];
+fn opaque<S: Simd, const N: usize>(_simd: S, v: &S::u32s, first: usize) -> [u32; N] {
     let from = v.as_slice();
-    for l in 0..S::u32s::LEN {
+    let mut lanes = [0; N];
+    for l in 0..N.min(S::u32s::LEN - first) {
         // SAFETY: a reference into the vector, read as what it is.
-        lanes[l] = unsafe { std::ptr::read_volatile(&from[l]) };
+        lanes[l] = unsafe { std::ptr::read_volatile(&from[first + l]) };
     }
     lanes
 }

@@ -3,6 +3,8 @@
 //! Tiles are cast in Morton order, so that threads work near each other in the volume, and are handed out by work
 //! stealing. A pixel does not depend on its tile: any number of threads gives the same image, bit for bit.
 
+use std::sync::{LockResult, Mutex, MutexGuard, PoisonError};
+
 use cutaway_core::image::Image;
 
 use crate::renderer::Statistics;
@@ -11,6 +13,7 @@ use crate::renderer::Statistics;
 pub(crate) const TILE: u32 = 32;
 
 /// A cast tile: `TILE²` pixels, rows from its top left, beyond the image's border transparent.
+#[derive(Default)]
 pub(crate) struct Tile {
     pub(crate) x: u32,
     pub(crate) y: u32,
@@ -40,6 +43,38 @@ impl Tile {
             samples_without_skipping: 0,
         }
     }
+
+    /// Makes it a new tile at another place.
+    fn begin_at(&mut self, x: u32, y: u32) {
+        let Self { mut colors, mut depths, .. } = std::mem::take(self);
+        colors.fill([0.0; 4]);
+        depths.fill(f32::INFINITY);
+        *self = Self { x, y, colors, depths, ..Self::default() };
+    }
+}
+
+/// A tile a thread, used again and again: the memory of a tile is then in the nearest cache, and none is asked for in
+/// the course of a frame.
+pub(crate) struct Scratch(Vec<Mutex<Tile>>);
+
+impl Scratch {
+    pub(crate) fn new(threads: usize) -> Self {
+        Self((0..threads.max(1)).map(|_| Mutex::new(Tile::new(0, 0))).collect())
+    }
+
+    /// The calling thread's tile, with nothing cast into it. To be called in a thread of the pool, and not again before the
+    /// tile is given back.
+    pub(crate) fn tile(&self, x: u32, y: u32) -> MutexGuard<'_, Tile> {
+        let thread = rayon::current_thread_index().unwrap_or(0) % self.0.len();
+        let mut tile = unpoisoned(self.0[thread].lock());
+        tile.begin_at(x, y);
+        tile
+    }
+}
+
+/// What a lock guards here is written anew by whoever takes it: nothing half done can be seen.
+fn unpoisoned<T>(lock: LockResult<T>) -> T {
+    lock.unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What casting some tiles took.
@@ -53,12 +88,20 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    pub(crate) fn add(&mut self, tile: &Tile) {
-        self.samples += tile.samples;
-        self.runs += tile.runs;
-        self.rays += tile.rays;
-        self.repaired += tile.repaired;
-        self.samples_without_skipping += tile.samples_without_skipping;
+    pub(crate) fn of(tile: &Tile) -> Self {
+        let &Tile { samples, runs, rays, repaired, samples_without_skipping, .. } = tile;
+        Self { samples, runs, rays, repaired, samples_without_skipping }
+    }
+
+    /// Both together.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            runs: self.runs + other.runs,
+            rays: self.rays + other.rays,
+            repaired: self.repaired + other.repaired,
+            samples_without_skipping: self.samples_without_skipping + other.samples_without_skipping,
+        }
     }
 
     pub(crate) fn statistics(&self) -> Statistics {
@@ -84,20 +127,40 @@ impl Raster {
         Self { width, height, colors: vec![[0.0; 4]; n], depths: vec![f32::INFINITY; n] }
     }
 
-    pub(crate) fn put(&mut self, tile: &Tile) {
-        let columns = TILE.min(self.width - tile.x) as usize;
-        for row in 0..TILE.min(self.height - tile.y) {
-            let to = (tile.y + row) as usize * self.width as usize + tile.x as usize;
-            let from = (row * TILE) as usize;
-            self.colors[to..to + columns].copy_from_slice(&tile.colors[from..from + columns]);
-            self.depths[to..to + columns].copy_from_slice(&tile.depths[from..from + columns]);
-        }
+    /// Its rows of tiles, top to bottom, each of which any thread can put tiles into.
+    pub(crate) fn rows_of_tiles(&mut self) -> Vec<RowOfTiles<'_>> {
+        let width = self.width as usize;
+        let len = width * TILE as usize;
+        let rows = self.colors.chunks_mut(len).zip(self.depths.chunks_mut(len));
+        rows.map(|pixels| RowOfTiles { width, pixels: Mutex::new(pixels) }).collect()
     }
 
     pub(crate) fn into_image(self) -> Image {
         let image = Image::new(self.width, self.height, self.colors);
         let image = image.and_then(|image| image.with_depth(self.depths));
         image.expect("as many pixels as a resolution that the scene has checked")
+    }
+}
+
+/// The pixels of a row of tiles of a raster.
+pub(crate) struct RowOfTiles<'a> {
+    width: usize,
+    /// Colours and depths.
+    pixels: Mutex<(&'a mut [[f32; 4]], &'a mut [f32])>,
+}
+
+impl RowOfTiles<'_> {
+    /// Puts a tile of this row in its place.
+    pub(crate) fn put(&self, tile: &Tile) {
+        let first = tile.x as usize;
+        let columns = (TILE as usize).min(self.width - first);
+        let mut pixels = unpoisoned(self.pixels.lock());
+        let (colors, depths) = &mut *pixels;
+        let rows = colors.chunks_mut(self.width).zip(depths.chunks_mut(self.width));
+        for ((colors, depths), from) in rows.zip((0..).step_by(TILE as usize)) {
+            colors[first..first + columns].copy_from_slice(&tile.colors[from..from + columns]);
+            depths[first..first + columns].copy_from_slice(&tile.depths[from..from + columns]);
+        }
     }
 }
 

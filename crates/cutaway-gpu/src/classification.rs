@@ -3,14 +3,18 @@
 //! Remade on a change of transfer function, mode, step or isovalues, in time proportional to the number of blocks; no voxel
 //! is read.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::ranges::{BlockLevels, BlockPipelines, Criterion, GpuRanges, Occupancy};
-use crate::volume::{GpuVolume, Texels};
+use crate::notice::Notice;
+use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
+use crate::ranges::{BlockLevels, BlockPipelines, Criterion, GpuRanges, Occupancy, RangeMap};
+use crate::raycast::GpuPreintegration;
+use crate::volume::{GpuVolume, Texels, Wanted};
 
 /// From texels to entries of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +40,10 @@ pub struct GpuClassification {
     table: wgpu::Buffer,
     index_map: IndexMap,
     occupancy: Occupancy,
+    wanted: Option<Arc<Wanted>>,
+    notices: Vec<Notice>,
+    proxy: Mutex<Option<Arc<ProxyGeometry>>>,
+    preintegration: Option<GpuPreintegration>,
 }
 
 impl GpuClassification {
@@ -51,16 +59,28 @@ impl GpuClassification {
         let table = ClassificationTable::new(function, source.rescale(), source.stored_range());
         let index_map = IndexMap::new(&table, source.stored_range(), volume.texels());
         let entries = entries(&table, scene, volume);
-        let occupancy =
-            Occupancy::new(gpu, pipelines.occupancy(), ranges, &criterion(&table, index_map, scene, volume))?;
+        let criterion = criterion(&table, index_map, scene, volume);
+        let occupancy = Occupancy::new(gpu, pipelines.occupancy(), ranges, &criterion)?;
+        // Bricks that become visible are uploaded now, not while a frame waits for them.
+        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), false);
+        drop(volume.resident(gpu, source, wanted.as_ref())?);
+        let notices = volume.notices();
         let table = gpu.checked("the transfer function's table", || {
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("table"),
-                contents: bytemuck::cast_slice(&entries),
-                usage: wgpu::BufferUsages::STORAGE,
-            })
+            gpu.buffer("table", bytemuck::cast_slice(&entries), wgpu::BufferUsages::STORAGE)
         })?;
-        Ok(Self { table, index_map, occupancy })
+        let proxy = Mutex::new(None);
+        let preintegration = GpuPreintegration::new(gpu, scene, volume)?;
+        Ok(Self { table, index_map, occupancy, wanted, notices, proxy, preintegration })
+    }
+
+    /// What of the volume is shown otherwise than it is.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// The bricks that it makes visible, of a volume in bricks.
+    pub(crate) fn wanted(&self) -> Option<&Arc<Wanted>> {
+        self.wanted.as_ref()
     }
 
     /// The share of blocks that can be visible, 0..=1. The first call waits for the device to have counted them.
@@ -70,7 +90,8 @@ impl GpuClassification {
 
     /// What it takes of the device's memory.
     pub fn bytes(&self) -> u64 {
-        self.table.size() + self.occupied().size()
+        let integrals = self.preintegration.as_ref().map_or(0, GpuPreintegration::bytes);
+        self.table.size() + self.occupied().size() + integrals
     }
 
     pub(crate) fn index_map(&self) -> IndexMap {
@@ -81,8 +102,34 @@ impl GpuClassification {
         self.occupancy.levels()
     }
 
+    pub(crate) fn range_map(&self) -> RangeMap {
+        self.occupancy.map()
+    }
+
+    /// The tables of pre-integrated steps, where the scene asks for them.
+    pub(crate) fn preintegration(&self) -> Option<&GpuPreintegration> {
+        self.preintegration.as_ref()
+    }
+
     pub(crate) fn table(&self) -> &wgpu::Buffer {
         &self.table
+    }
+
+    /// The proxy geometry of the blocks; made when another one is asked for than the last time.
+    pub(crate) fn proxy(
+        &self,
+        gpu: &Gpu,
+        pipelines: &ProxyPipelines,
+        flavour: Flavour,
+        options: &ProxyOptions,
+    ) -> Result<Arc<ProxyGeometry>, GpuError> {
+        let mut kept = self.proxy.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(proxy) = kept.as_ref().filter(|proxy| proxy.is(flavour, options)) {
+            return Ok(proxy.clone());
+        }
+        let proxy = Arc::new(ProxyGeometry::new(gpu, pipelines, self, flavour, options)?);
+        *kept = Some(proxy.clone());
+        Ok(proxy)
     }
 
     pub(crate) fn occupied(&self) -> &wgpu::Buffer {
@@ -109,7 +156,8 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
         .map(|&level| {
             let [r, g, b] = scene.transfer_function().evaluate(level).0.map(|c| c as f32);
             let level = rescale.slope.signum() * volume.texels().texel(rescale.stored(level));
-            [r, g, b, (level - LEVEL_ROUNDING * level.abs()) as f32]
+            // Texels about zero come of differences of greater numbers.
+            [r, g, b, (level - LEVEL_ROUNDING * level.abs().max(0.01)) as f32]
         })
         .collect();
     surfaces.sort_by(|a, b| a[3].total_cmp(&b[3]));
@@ -117,12 +165,25 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
     entries
 }
 
-/// What makes a value visible in the scene's mode. Projections look at values before they are classified, so that no block
-/// is empty to them.
+/// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
+/// no block is empty to them.
+fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
+    let settings = scene.settings();
+    let rescale = scene.volume().rescale();
+    let within = |level: f64| (f64::from(lo)..=f64::from(hi)).contains(&rescale.stored(level));
+    match settings.mode {
+        _ if settings.space_skipping == SpaceSkipping::Off => true,
+        Mode::Composite => table.visible(lo, hi),
+        Mode::Iso => settings.iso.iter().any(|level| within(*level)),
+        _ => true,
+    }
+}
+
+/// What makes a texel visible: the same for the device.
 fn criterion(table: &ClassificationTable, map: IndexMap, scene: &Scene, volume: &GpuVolume) -> Criterion {
     let settings = scene.settings();
-    let texels = volume.texels();
     let rescale = scene.volume().rescale();
+    let level = |value: &f64| volume.texels().texel(rescale.stored(*value));
     match settings.mode {
         _ if settings.space_skipping == SpaceSkipping::Off => Criterion::All,
         Mode::Composite => Criterion::Entries {
@@ -130,9 +191,7 @@ fn criterion(table: &ClassificationTable, map: IndexMap, scene: &Scene, volume: 
             offset: map.offset.into(),
             scale: map.scale.into(),
         },
-        Mode::Iso => {
-            Criterion::Levels(settings.iso.iter().map(|v| texels.texel(rescale.stored(*v))).collect())
-        }
+        Mode::Iso => Criterion::Levels(settings.iso.iter().map(level).collect()),
         _ => Criterion::All,
     }
 }

@@ -62,6 +62,14 @@ pub enum GpuError {
         /// What was exceeded.
         reason: String,
     },
+    /// Opaque geometry was drawn for an image of another size.
+    #[error("opaque geometry has {found:?} pixels, the image has {expected:?}; draw it for this image")]
+    GeometrySize {
+        /// Width and height of the image.
+        expected: [u32; 2],
+        /// Width and height of the geometry.
+        found: [u32; 2],
+    },
     /// The driver refused what should be right: a fault of ours, or of the driver.
     #[error("the GPU refused {what}: {reason}")]
     Refused {

@@ -1,7 +1,8 @@
 //! The GPU renderers.
 //!
 //! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`](cutaway_core::image::Image). [`raycast`]
-//! casts a ray a pixel in a fragment shader.
+//! casts a ray a pixel in a fragment shader; [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
+//! among the volume.
 //!
 //! | object | holds | made anew |
 //! |---|---|---|
@@ -20,6 +21,9 @@
 mod classification;
 pub mod context;
 mod error;
+pub mod geometry;
+mod notice;
+pub mod proxy;
 mod ranges;
 pub mod raycast;
 mod volume;
@@ -27,7 +31,10 @@ mod volume;
 pub use classification::GpuClassification;
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
-pub use raycast::{FetchCounts, RaycastRenderer, Statistics};
+pub use geometry::{OpaqueGeometry, OpaquePart};
+pub use notice::Notice;
+pub use proxy::{ProxyCounts, ProxyOptions};
+pub use raycast::{Extras, FetchCounts, RaycastRenderer, Statistics};
 pub use volume::{GpuVolume, Texels};
 
 #[cfg(test)]

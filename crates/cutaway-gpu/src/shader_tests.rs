@@ -10,6 +10,15 @@ const SHADERS: &[(&str, &str)] = &[
     ("raycast", crate::raycast::SHADER),
     ("value_ranges", crate::ranges::RANGES_SHADER),
     ("occupancy", crate::ranges::OCCUPANCY_SHADER),
+    ("filter", crate::context::filter::SHADER),
+    ("proxy cells", crate::proxy::CELLS_SHADER),
+    ("proxy view", crate::proxy::VIEW_SHADER),
+    ("proxy range", crate::proxy::RANGE_SHADER),
+    ("opaque surface", crate::geometry::SURFACE_SHADER),
+    ("behind", crate::geometry::BEHIND_SHADER),
+    ("fill", crate::raycast::FILL_SHADER),
+    ("blur", crate::raycast::BLUR_SHADER),
+    ("directions", crate::raycast::DIRECTIONS_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -103,6 +112,9 @@ fn frame_uniforms_match_the_shader() {
             bins_last,
             nodes,
             value_sign,
+            adaptive_threshold,
+            range_first,
+            range_scale,
             reserved,
         }
     );
@@ -113,7 +125,17 @@ fn tasks_of_blocks_match_their_shaders() {
     assert_layout!(
         module(crate::ranges::RANGES_SHADER),
         "RangesTask",
-        RangesTask { dimensions, edge, blocks, first_layer, coarse_blocks, fine_per_coarse }
+        RangesTask {
+            dimensions,
+            edge,
+            blocks,
+            first_layer,
+            coarse_blocks,
+            fine_per_coarse,
+            first_texel,
+            scale,
+            reserved,
+        }
     );
     assert_layout!(
         module(crate::ranges::OCCUPANCY_SHADER),
@@ -133,4 +155,60 @@ fn tasks_of_blocks_match_their_shaders() {
             end_word,
         }
     );
+}
+
+#[test]
+fn proxy_uniforms_match_the_shaders() {
+    use crate::proxy::{BuildUniforms, LimitsUniforms, ViewUniforms};
+    assert_layout!(
+        module(crate::proxy::CELLS_SHADER),
+        "Build",
+        BuildUniforms {
+            blocks,
+            blocks_per_unit,
+            units,
+            units_per_cell,
+            cells,
+            capacity,
+            fitted,
+            glued,
+            boundary,
+            first_slab,
+        }
+    );
+    assert_layout!(
+        module(crate::proxy::VIEW_SHADER),
+        "View",
+        ViewUniforms {
+            clip_from_voxel,
+            world_from_voxel_x,
+            slack,
+            world_from_voxel_y,
+            distance_unit,
+            world_from_voxel_z,
+            rounding,
+            margin,
+            unit_edge,
+            line_color,
+            mirrored,
+        }
+    );
+    assert_layout!(
+        module(crate::proxy::RANGE_SHADER),
+        "Limits",
+        LimitsUniforms { distance_unit, slack, opaque, nothing_above, cells, cell_edge }
+    );
+    assert_layout!(
+        module(crate::geometry::SURFACE_SHADER),
+        "Paint",
+        crate::geometry::PaintUniforms { color, lit, depth_unit, reserved_x, reserved_y, reserved_z }
+    );
+}
+
+#[test]
+fn what_passes_are_told_matches_their_shaders() {
+    use crate::raycast::{Blur, Fill, Slab};
+    assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
+    assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
+    assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
 }

@@ -34,6 +34,7 @@ pub(crate) fn run(json: bool) -> anyhow::Result<()> {
 
 fn described(position: usize, adapter: AdapterSummary) -> GpuInfo {
     let auto = position == 0 && !adapter.software;
-    let (name, kind, backend, driver) = (adapter.name.clone(), adapter.kind(), adapter.backend, adapter.driver);
+    let (name, kind, backend, driver) =
+        (adapter.name.clone(), adapter.kind(), adapter.backend, adapter.driver);
     GpuInfo { name, kind, backend, driver, auto }
 }

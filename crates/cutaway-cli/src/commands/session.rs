@@ -95,7 +95,11 @@ struct CpuChoice {
 type Started = (Running, f64, f64);
 
 impl<'a> Session<'a> {
-    pub(crate) fn new(prepared: &'a Prepared, args: &SceneArgs, verbosity: Verbosity) -> anyhow::Result<Self> {
+    pub(crate) fn new(
+        prepared: &'a Prepared,
+        args: &SceneArgs,
+        verbosity: Verbosity,
+    ) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
         let cpu = CpuChoice { threads: args.threads, simd: args.simd };
         let (engine, prepare_ms, classify_ms) = match scene.settings().engine {
@@ -186,7 +190,11 @@ impl CpuChoice {
 }
 
 impl OnGpu {
-    fn render(&self, scene: &Scene, progress: &dyn Fn(f32)) -> Result<(Image, cutaway_gpu::Statistics), GpuError> {
+    fn render(
+        &self,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, cutaway_gpu::Statistics), GpuError> {
         self.renderer.render(&self.volume, &self.classification, scene, progress)
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Accumulated<S: Simd> {
     color: [S::f32s; 3],
     pub(super) transmittance: S::f32s,
     half: Half<S>,
+    /// Of how many samples until now something was visible without a break.
+    run: u32,
 }
 
 /// The step in which a ray's opacity passes one half: transmittance before and after it, where it begins and how long it
@@ -70,7 +72,7 @@ pub(super) fn bundle<S: Simd>(
     let zero = S::f32s::splat(simd, 0.0);
     let one = S::f32s::splat(simd, 1.0);
     let half = Half { before: one, after: one, begin: one, length: zero };
-    let nothing = Accumulated { color: [zero; 3], transmittance: one, half };
+    let nothing = Accumulated { color: [zero; 3], transmittance: one, half, run: 0 };
     let ranks = clip.map_or(1, |clip| clip.most(at, BUNDLE));
     let mut sums = vec![nothing; if clip.is_some() { Bundle::<S, Accumulated<S>>::packets() } else { 0 }];
     for rank in 0..ranks {
@@ -167,7 +169,9 @@ impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
         let mut samples = 0;
         // Where every ray is inside with a whole step before it, none has a length of its own.
         let [whole_from, whole_to] = packet.bounds.whole;
-        let mut run = if pieces & cast_piece::PARTLY == 0 { LONG_RUN } else { 0 };
+        if pieces & cast_piece::PARTLY == 0 {
+            local.run = LONG_RUN;
+        }
         let mut j = stretch.begin;
         while j < stretch.end {
             let open = packet.not_ended(j) & local.transmittance.simd_ge(self.kernel.opaque_below);
@@ -177,7 +181,7 @@ impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
             let until = stretch.end.min(j + CHECK_EVERY);
             let whole = whole_from <= j && until <= whole_to;
             for j in j..until {
-                samples += u64::from(cast.sample(simd, &mut local, j, whole, &mut run));
+                samples += u64::from(cast.sample(simd, &mut local, j, whole));
             }
             j = until;
         }
@@ -255,9 +259,9 @@ struct Cast<'a, S: Simd, T> {
 
 impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
     /// Takes the samples of step `j` of the lanes that are still open; returns how many those are. `whole`: every ray that
-    /// meets the volume has a whole step here. `run`: of how many samples until now something was visible without a break.
+    /// meets the volume has a whole step here.
     #[inline(always)]
-    fn sample(&self, simd: S, sum: &mut Accumulated<S>, j: u32, whole: bool, run: &mut u32) -> u32 {
+    fn sample(&self, simd: S, sum: &mut Accumulated<S>, j: u32, whole: bool) -> u32 {
         let zero = S::f32s::splat(simd, 0.0);
         let open = sum.transmittance.simd_ge(self.caster.kernel.opaque_below);
         let (middle, length, open) = if whole {
@@ -267,16 +271,16 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
             (middle, length, open & length.simd_gt(0.0))
         };
         let taken = open.to_bitmask().count_ones();
-        let Some((color, alpha)) = self.looks(simd, middle, *run >= LONG_RUN) else {
-            *run = 0;
+        let Some((color, alpha)) = self.looks(simd, middle, sum.run >= LONG_RUN) else {
+            sum.run = 0;
             return taken;
         };
         let mut alpha = open.select(alpha, zero);
         if !alpha.simd_gt(0.0).any_true() {
-            *run = 0;
+            sum.run = 0;
             return taken;
         }
-        *run += 1;
+        sum.run += 1;
         if !whole {
             let short = open & length.simd_lt(1.0);
             if short.any_true() {

@@ -70,27 +70,25 @@ impl<'a> Kernel<'a> {
 /// A scene's light, and what of it a packet sees.
 type PacketLight<'a, S> = (&'a Shading, shading::PacketLight<S>);
 
-/// Casts the tile whose top left pixel is `(x, y)`.
-pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, x: u32, y: u32) -> Tile {
-    let mut tile = Tile::new(x, y);
-    let clip = kernel.clip.as_ref().map(|clip| clip.tile(frame, &tile));
+/// Casts a tile that nothing was cast into so far.
+pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
+    let clip = kernel.clip.as_ref().map(|clip| clip.tile(frame, tile));
     tile.repaired = clip.as_ref().map_or(0, |clip| clip.repaired);
     let clip = clip.as_ref();
     if kernel.scene.settings().mode == Mode::Iso {
-        isosurface::tile(kernel, frame, clip, &mut tile);
+        isosurface::tile(kernel, frame, clip, tile);
     } else {
         match kernel.bricks {
             Some(bricks) => with_voxels!(bricks, voxels => {
                 let grid = Grid::bricked(frame.volume, voxels);
-                dispatch(level, TileBundles { kernel, frame, grid, clip, tile: &mut tile });
+                dispatch(level, TileBundles { kernel, frame, grid, clip, tile });
             }),
             None => with_voxels!(frame.volume.voxels(), voxels => {
                 let grid = Grid::new(frame.volume, voxels);
-                dispatch(level, TileBundles { kernel, frame, grid, clip, tile: &mut tile });
+                dispatch(level, TileBundles { kernel, frame, grid, clip, tile });
             }),
         }
     }
-    tile
 }
 
 /// A tile that is cast bundle by bundle.

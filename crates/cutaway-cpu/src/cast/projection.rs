@@ -176,21 +176,57 @@ fn greatest_of_stretch<S: Simd, T: LaneVoxel>(
     stretch: Stretch,
     sign: f32,
 ) -> u64 {
-    let (mut best, mut at) = (sum.stored, sum.at);
+    let mut best = (sum.stored, sum.at);
     let mut samples = 0;
-    for j in stretch.begin..stretch.end {
-        let (middle, length) = packet.sample(simd, j);
-        let position = grid.locate(simd, packet.position(middle));
-        let value = grid.value(simd, &position) * sign;
-        let inside = length.simd_gt(0.0);
-        samples += u64::from(inside.to_bitmask().count_ones());
-        // Of equal ones the nearest, in whatever order they come.
-        let better = inside & (value.simd_gt(best) | (value.simd_eq(best) & middle.simd_lt(at)));
-        best = better.select(value, best);
-        at = better.select(middle, at);
+    let [whole_from, whole_to] = packet.bounds.whole;
+    if whole_from <= stretch.begin && stretch.end <= whole_to {
+        // Rays that miss the volume come along and are not written.
+        for j in stretch.begin..stretch.end {
+            let middle = S::f32s::splat(simd, j as f32 + 0.5);
+            best = better::<S>(best, (value_at(simd, grid, packet, middle, sign), middle));
+        }
+        samples += u64::from(packet.hits().to_bitmask().count_ones() * (stretch.end - stretch.begin));
+    } else {
+        let (nothing, nowhere) =
+            (S::f32s::splat(simd, f32::NEG_INFINITY), S::f32s::splat(simd, f32::INFINITY));
+        for j in stretch.begin..stretch.end {
+            let (middle, length) = packet.sample(simd, j);
+            let inside = length.simd_gt(0.0);
+            samples += u64::from(inside.to_bitmask().count_ones());
+            best = better::<S>(
+                best,
+                (
+                    inside.select(value_at(simd, grid, packet, middle, sign), nothing),
+                    inside.select(middle, nowhere),
+                ),
+            );
+        }
     }
-    (sum.stored, sum.at) = (best, at);
+    (sum.stored, sum.at) = best;
     samples
+}
+
+/// The stored number at a step of each ray, times the sign.
+#[inline(always)]
+fn value_at<S: Simd, T: LaneVoxel>(
+    simd: S,
+    grid: Grid<'_, T>,
+    packet: &Packet<S>,
+    middle: S::f32s,
+    sign: f32,
+) -> S::f32s {
+    let position = grid.locate(simd, packet.position(middle));
+    grid.value(simd, &position) * sign
+}
+
+/// The greater of two extrema, each with its place; of equal ones the nearer, in whatever order they come.
+#[inline(always)]
+fn better<S: Simd>(
+    (best, at): (S::f32s, S::f32s),
+    (value, middle): (S::f32s, S::f32s),
+) -> (S::f32s, S::f32s) {
+    let better = value.simd_gt(best) | (value.simd_eq(best) & middle.simd_lt(at));
+    (better.select(value, best), better.select(middle, at))
 }
 
 /// Of the lanes that meet the volume: the least of their bests, and the farthest place of one.
@@ -216,8 +252,7 @@ fn close_in<S: Simd, T: LaneVoxel>(
         let center = sum.at;
         for offset in [-reach, reach] {
             let j = (center + offset).max(packet.first).min(packet.end);
-            let position = grid.locate(simd, packet.position(j));
-            let value = grid.value(simd, &position) * sign;
+            let value = value_at(simd, grid, packet, j, sign);
             let better = found_here & value.simd_gt(sum.stored);
             sum.stored = better.select(value, sum.stored);
             sum.at = better.select(j, sum.at);

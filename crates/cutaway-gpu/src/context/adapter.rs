@@ -68,6 +68,11 @@ const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 async fn available() -> Vec<wgpu::Adapter> {
     let descriptor = wgpu::InstanceDescriptor {
         backends: BACKENDS,
+        // Where the system tells what memory is left, running out of it is found before the driver, or the system, fails.
+        memory_budget_thresholds: wgpu::MemoryBudgetThresholds {
+            for_resource_creation: Some(95),
+            for_device_loss: None,
+        },
         ..wgpu::InstanceDescriptor::new_without_display_handle()
     };
     let instance = wgpu::Instance::new(descriptor);

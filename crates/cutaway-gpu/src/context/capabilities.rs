@@ -26,10 +26,15 @@ pub struct Fallbacks {
     pub without_timestamps: bool,
     /// Values between voxels are found this way, whatever the adapter's filter is like.
     pub filtering: Option<Filtering>,
+    /// Voxels are kept in this format, if it is one of `R8Unorm`, `R16Unorm`, `R16Float` and `R32Float` that the device
+    /// has and that holds them; 8-bit voxels fit in all, 16-bit ones not in `R8Unorm`, floats only in the two last.
+    pub texel_format: Option<wgpu::TextureFormat>,
     /// Largest side of a 3D texture, if the adapter's is not smaller.
     pub max_texture_3d: Option<u32>,
     /// Largest buffer and texture in bytes, if the adapter's are not smaller.
     pub max_bytes: Option<u64>,
+    /// Ends of rays at proxy geometry are found by two passes with depth tests, not by blending.
+    pub sorted_ranges: bool,
 }
 
 /// What the device can do.
@@ -45,6 +50,8 @@ pub struct Capabilities {
     pub timestamps: bool,
     /// A way to find values between voxels that was asked for.
     pub filtering: Option<Filtering>,
+    /// A format for voxels that was asked for.
+    pub texel_format: Option<wgpu::TextureFormat>,
     /// Largest side of a 3D texture.
     pub max_texture_3d: u32,
     /// Largest side of a 2D texture.
@@ -53,6 +60,8 @@ pub struct Capabilities {
     pub max_buffer: u64,
     /// Largest single texture that is tried, in bytes.
     pub max_texture_bytes: u64,
+    /// Ends of rays at proxy geometry are found by two passes with depth tests, not by blending.
+    pub sorted_ranges: bool,
 }
 
 /// Features that are used where they are there.
@@ -100,10 +109,30 @@ impl Capabilities {
             float_blending: has(wgpu::Features::FLOAT32_BLENDABLE, fallbacks.without_float_blending),
             timestamps: has(wgpu::Features::TIMESTAMP_QUERY, fallbacks.without_timestamps),
             filtering: fallbacks.filtering,
+            texel_format: fallbacks.texel_format,
             max_texture_3d: limits.max_texture_dimension_3d.min(fallbacks.max_texture_3d.unwrap_or(u32::MAX)),
             max_texture_2d: limits.max_texture_dimension_2d,
             max_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size).min(most),
             max_texture_bytes: most,
+            sorted_ranges: fallbacks.sorted_ranges,
         }
+    }
+}
+
+/// What a device that can do everything can do.
+#[cfg(test)]
+pub(crate) fn all_capabilities() -> Capabilities {
+    Capabilities {
+        norm16: true,
+        float_filtering: true,
+        float_blending: true,
+        timestamps: true,
+        filtering: None,
+        texel_format: None,
+        max_texture_3d: 2048,
+        max_texture_2d: 8192,
+        max_buffer: 1 << 30,
+        max_texture_bytes: 1 << 30,
+        sorted_ranges: false,
     }
 }

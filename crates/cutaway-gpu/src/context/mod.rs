@@ -6,12 +6,16 @@
 
 mod adapter;
 mod capabilities;
+pub(crate) mod filter;
 
 use std::future::Future;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 pub use adapter::{AdapterChoice, AdapterSummary, adapters};
+#[cfg(test)]
+pub(crate) use capabilities::all_capabilities;
 pub use capabilities::{Capabilities, Fallbacks, Filtering};
+pub use filter::FilterErrors;
 
 use crate::error::GpuError;
 
@@ -22,7 +26,20 @@ pub struct Gpu {
     queue: wgpu::Queue,
     adapter: AdapterSummary,
     capabilities: Capabilities,
+    filter_errors: FilterErrors,
+    oversize: Oversize,
     lost: Arc<OnceLock<String>>,
+    uncaptured: Arc<Mutex<Option<wgpu::Error>>>,
+}
+
+/// What is done with a volume of which not everything visible fits on the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Oversize {
+    /// Parts of it are kept at coarser levels, and a [`Notice`](crate::Notice) says so.
+    #[default]
+    Coarsen,
+    /// It is refused.
+    Refuse,
 }
 
 /// How a device is chosen and used.
@@ -32,6 +49,8 @@ pub struct GpuOptions {
     pub adapter: AdapterChoice,
     /// Features that are to be treated as missing.
     pub fallbacks: Fallbacks,
+    /// What becomes of volumes that do not fit.
+    pub oversize: Oversize,
 }
 
 impl Gpu {
@@ -63,8 +82,31 @@ impl Gpu {
             // The first reason is the cause; later ones follow from it.
             let _ = tell.set(reason);
         });
+        let uncaptured = Arc::new(Mutex::new(None));
+        let keep = uncaptured.clone();
+        // Without a handler, an error outside every scope would be a panic.
+        device.on_uncaptured_error(Arc::new(move |error| {
+            keep.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }));
         let capabilities = Capabilities::probe(&device, &options.fallbacks);
-        Ok(Self { device, queue, adapter: summary, capabilities, lost })
+        let filter_errors = FilterErrors::default();
+        let oversize = options.oversize;
+        let mut gpu =
+            Self { device, queue, adapter: summary, capabilities, filter_errors, oversize, lost, uncaptured };
+        if gpu.capabilities.filtering.is_none() {
+            gpu.filter_errors = FilterErrors::probe(&gpu)?;
+        }
+        Ok(gpu)
+    }
+
+    /// How exact its own filter is.
+    pub fn filter_errors(&self) -> &FilterErrors {
+        &self.filter_errors
+    }
+
+    /// What becomes of volumes that do not fit.
+    pub fn oversize(&self) -> Oversize {
+        self.oversize
     }
 
     /// The adapter in use.
@@ -95,12 +137,36 @@ impl Gpu {
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = work();
         let errors = [self.wait(validation.pop()), self.wait(internal.pop()), self.wait(out_of_memory.pop())];
+        // A device tells of its end when it is polled.
+        let _ = self.device.poll(wgpu::PollType::Poll);
         self.alive()?;
-        match errors.into_iter().flatten().next() {
+        let error = errors.into_iter().flatten().next();
+        // One from elsewhere, outside every scope, comes to light here.
+        let stray = || self.uncaptured.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match error.or_else(stray) {
             None => Ok(made),
             Some(wgpu::Error::OutOfMemory { .. }) => Err(GpuError::OutOfMemory { what: what.to_owned() }),
             Some(error) => Err(GpuError::Refused { what: what.to_owned(), reason: one_line(&error) }),
         }
+    }
+
+    /// A buffer that holds `contents`, padded with zeros to a multiple of four bytes. Unlike wgpu's own helper it does not
+    /// map the buffer, which would be a panic where there is no memory for it or the device is lost.
+    pub(crate) fn buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: contents.len().next_multiple_of(4) as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let (whole, rest) = contents.split_at(contents.len() / 4 * 4);
+        self.queue.write_buffer(&buffer, 0, whole);
+        if !rest.is_empty() {
+            let mut last = [0; 4];
+            last[..rest.len()].copy_from_slice(rest);
+            self.queue.write_buffer(&buffer, whole.len() as u64, &last);
+        }
+        buffer
     }
 
     /// An error if the device is gone.
@@ -132,4 +198,68 @@ fn one_line(error: &dyn std::error::Error) -> String {
         source = cause.source();
     }
     text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gpu() -> Option<Gpu> {
+        Gpu::new(&GpuOptions::default()).map_err(|e| println!("not run: {e}")).ok()
+    }
+
+    #[test]
+    fn an_error_outside_every_scope_comes_with_the_next_call() {
+        let Some(gpu) = gpu() else { return };
+        let _ = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: 4,
+            // Two usages that do not go together.
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        let found = gpu.checked("anything", || ());
+        assert!(matches!(&found, Err(GpuError::Refused { what, .. }) if what == "anything"), "{found:?}");
+        assert_eq!(gpu.checked("anything", || ()), Ok(()));
+    }
+
+    #[test]
+    fn too_much_is_out_of_memory_and_no_panic() {
+        let Some(gpu) = gpu() else { return };
+        let side = gpu.device().limits().max_texture_dimension_3d;
+        let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: side };
+        let made = gpu.checked("a large texture", || {
+            gpu.device().create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D3,
+                format: wgpu::TextureFormat::R32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        });
+        // 32 GiB at the least; some devices have them.
+        assert!(matches!(made, Ok(_) | Err(GpuError::OutOfMemory { .. })), "{made:?}");
+        assert_eq!(gpu.checked("anything", || ()), Ok(()));
+    }
+
+    #[test]
+    fn a_lost_device_is_an_error_from_then_on() {
+        let Some(gpu) = gpu() else { return };
+        gpu.device().destroy();
+        for _ in 0..2 {
+            let found = gpu.checked("anything", || {
+                gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                    label: None,
+                    size: 4,
+                    usage: wgpu::BufferUsages::STORAGE,
+                    mapped_at_creation: false,
+                })
+            });
+            assert!(matches!(found, Err(GpuError::Lost { .. })), "{found:?}");
+            assert!(matches!(gpu.finish(), Err(GpuError::Lost { .. })));
+        }
+    }
 }

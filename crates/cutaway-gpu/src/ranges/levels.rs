@@ -25,12 +25,16 @@ pub(crate) struct BlockLevels {
 impl BlockLevels {
     /// The finest blocks of a volume of so many voxels whose ranges fit in a buffer of `most_bytes`.
     pub(crate) fn new(dimensions: UVec3, most_bytes: u64) -> Self {
-        let most = most_bytes.min(MOST_BYTES);
         let mut levels = Self::with_edge(dimensions, FINE_EDGE);
-        while levels.range_bytes() > most && levels.fine.max_element() > 1 {
+        while !levels.fits(most_bytes) {
             levels = Self::with_edge(dimensions, levels.fine_edge * 2);
         }
         levels
+    }
+
+    /// Whether the ranges fit in a buffer of `most_bytes`. Those of a single block always do.
+    pub(super) fn fits(&self, most_bytes: u64) -> bool {
+        self.range_bytes() <= most_bytes.min(MOST_BYTES) || self.fine == UVec3::ONE
     }
 
     fn with_edge(dimensions: UVec3, fine_edge: u32) -> Self {
@@ -65,9 +69,9 @@ impl BlockLevels {
         self.fine_count().div_ceil(32)
     }
 
-    /// Words of a bit for every coarse block.
+    /// Words of two bits for every coarse block.
     pub(crate) fn coarse_words(&self) -> u64 {
-        self.coarse_count().div_ceil(32)
+        self.coarse_count().div_ceil(16)
     }
 }
 

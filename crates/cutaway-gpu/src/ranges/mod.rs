@@ -6,18 +6,20 @@
 //! value compare ranges with what they have.
 
 mod levels;
+mod map;
 mod occupancy;
 #[cfg(test)]
 mod tests;
 
 use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::UVec3;
-use wgpu::util::DeviceExt;
+use cutaway_core::volume::Volume;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::volume::GpuVolume;
 pub(crate) use levels::BlockLevels;
+pub(crate) use map::RangeMap;
 #[cfg(test)]
 pub(crate) use occupancy::OccupancyTask;
 pub(crate) use occupancy::{Criterion, Occupancy};
@@ -39,16 +41,25 @@ pub(crate) struct RangesTask {
     pub(crate) first_layer: u32,
     pub(crate) coarse_blocks: [u32; 3],
     pub(crate) fine_per_coarse: u32,
+    pub(crate) first_texel: f32,
+    pub(crate) scale: f32,
+    pub(crate) reserved: [u32; 2],
 }
 
 /// The ranges of a volume's blocks.
 #[derive(Debug)]
 pub(crate) struct GpuRanges {
     levels: BlockLevels,
+    map: RangeMap,
     words: wgpu::Buffer,
 }
 
 impl GpuRanges {
+    /// What they are in.
+    pub(crate) fn map(&self) -> RangeMap {
+        self.map
+    }
+
     /// The blocks that there are.
     pub(crate) fn levels(&self) -> BlockLevels {
         self.levels
@@ -68,9 +79,8 @@ impl GpuRanges {
 /// The pipelines that make ranges and occupancy.
 #[derive(Debug)]
 pub(crate) struct BlockPipelines {
-    /// By whether the voxels can be filtered: what they are bound as.
-    voxels: [wgpu::BindGroupLayout; 2],
-    task: wgpu::BindGroupLayout,
+    /// By whether the voxels can be filtered.
+    layouts: [wgpu::BindGroupLayout; 2],
     ranges: wgpu::ShaderModule,
     occupancy: occupancy::Pipelines,
 }
@@ -83,16 +93,15 @@ impl BlockPipelines {
                 label: Some("value ranges"),
                 source: wgpu::ShaderSource::Wgsl(RANGES_SHADER.into()),
             });
-            let voxels = [false, true].map(|filterable| {
+            let layouts = [false, true].map(|filterable| {
                 let texture = wgpu::BindingType::Texture {
                     sample_type: wgpu::TextureSampleType::Float { filterable },
                     view_dimension: wgpu::TextureViewDimension::D3,
                     multisampled: false,
                 };
-                layout(device, "voxels", &[(1, texture)])
+                layout(device, "ranges", &[(0, UNIFORM), (1, storage(false)), (2, texture)])
             });
-            let task = layout(device, "ranges", &[(0, UNIFORM), (1, storage(false))]);
-            Self { voxels, task, ranges, occupancy: occupancy::Pipelines::new(device) }
+            Self { layouts, ranges, occupancy: occupancy::Pipelines::new(device) }
         })
     }
 
@@ -101,57 +110,71 @@ impl BlockPipelines {
         &self.occupancy
     }
 
-    /// Reads every voxel of a volume, and those that blocks share several times. `whole`: its numbers are whole ones.
-    pub(crate) fn make_ranges(
+    /// The ranges of a volume's blocks: of a volume in bricks, of which not all voxels are on the device, those that were
+    /// found on the host. `source` is what it was made of.
+    pub(crate) fn ranges(
         &self,
         gpu: &Gpu,
         volume: &GpuVolume,
-        whole: bool,
+        source: &Volume,
     ) -> Result<GpuRanges, GpuError> {
+        let map = RangeMap::new(source, volume.texels());
+        let most_bytes = gpu.capabilities().max_buffer;
+        if let Some(found) = volume.host_ranges() {
+            let (levels, words) = map::packed_on_host(found, map, volume.texels(), most_bytes);
+            let words = gpu.checked("the ranges of blocks", || {
+                gpu.buffer("ranges", bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE)
+            })?;
+            return Ok(GpuRanges { levels, map, words });
+        }
+        let levels = BlockLevels::new(volume.dimensions(), most_bytes);
+        let words = self.make(gpu, volume, source, &levels, map)?;
+        Ok(GpuRanges { levels, map, words })
+    }
+
+    /// Reads every voxel, and those that blocks share several times.
+    fn make(
+        &self,
+        gpu: &Gpu,
+        volume: &GpuVolume,
+        source: &Volume,
+        levels: &BlockLevels,
+        map: RangeMap,
+    ) -> Result<wgpu::Buffer, GpuError> {
         let device = gpu.device();
-        let levels = BlockLevels::new(volume.dimensions(), gpu.capabilities().max_buffer);
-        let filterable = usize::from(volume.texels().format != wgpu::TextureFormat::R32Float);
-        let groups = [&self.voxels[filterable], &self.task];
-        let (words, voxels, fine, coarse) = gpu.checked("the ranges of blocks", || {
+        let layout = &self.layouts[usize::from(volume.texels().filterable(gpu.capabilities()))];
+        let resident = volume.resident(gpu, source, None)?;
+        let (words, [fine, coarse]) = gpu.checked("the ranges of blocks", || {
             let words = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("ranges"),
                 size: levels.range_bytes(),
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             });
-            let voxels = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: groups[0],
-                entries: &[wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: wgpu::BindingResource::TextureView(volume.view()),
-                }],
-            });
-            let constants = [("WHOLE_TEXELS", f64::from(u8::from(whole)))];
-            let make = |entry, constants: &[(&str, f64)]| {
-                compute_pipeline(device, &self.ranges, entry, &groups, constants)
-            };
-            (words, voxels, make("fine_ranges", &constants), make("coarse_ranges", &[]))
+            let constants = [("WHOLE_TEXELS", f64::from(u8::from(map.whole)))];
+            let make = |(entry, constants)| compute_pipeline(device, &self.ranges, entry, layout, constants);
+            (words, [("fine_ranges", &constants[..]), ("coarse_ranges", &[])].map(make))
         })?;
-        let run = |pipeline, layers: UVec3, first_layer| {
-            let task = ranges_task(volume.dimensions(), &levels, first_layer);
+        let run = |pipeline, groups: UVec3, first_layer| {
+            let task = ranges_task(volume.dimensions(), levels, map, first_layer);
             gpu.checked("finding the ranges of blocks", || {
-                let uniform = uniform(device, &task);
-                let task = bind(device, groups[1], &[&uniform, &words]);
-                dispatch(gpu, pipeline, &[&voxels, &task], layers.to_array());
+                let task = uniform(gpu, &task);
+                let voxels = wgpu::BindingResource::TextureView(&resident.voxels);
+                let bindings = [task.as_entire_binding(), words.as_entire_binding(), voxels];
+                dispatch(gpu, pipeline, &bind(device, layout, &bindings), groups);
             })
         };
-        let layers = layers_at_once(&levels, gpu.adapter().software);
+        let layers = layers_at_once(levels, gpu.adapter().software);
         for first in (0..levels.fine.z).step_by(layers as usize) {
             let slab = levels.fine.with_z(layers.min(levels.fine.z - first));
             run(&fine, groups_of(slab, UVec3::new(8, 4, 2)), first)?;
         }
         run(&coarse, groups_of(levels.coarse, UVec3::splat(4)), 0)?;
-        Ok(GpuRanges { levels, words })
+        Ok(words)
     }
 }
 
-fn ranges_task(dimensions: UVec3, levels: &BlockLevels, first_layer: u32) -> RangesTask {
+fn ranges_task(dimensions: UVec3, levels: &BlockLevels, map: RangeMap, first_layer: u32) -> RangesTask {
     RangesTask {
         dimensions: dimensions.to_array(),
         edge: levels.fine_edge,
@@ -159,6 +182,9 @@ fn ranges_task(dimensions: UVec3, levels: &BlockLevels, first_layer: u32) -> Ran
         first_layer,
         coarse_blocks: levels.coarse.to_array(),
         fine_per_coarse: levels.fine_per_coarse(),
+        first_texel: map.first as f32,
+        scale: map.scale as f32,
+        reserved: [0; 2],
     }
 }
 
@@ -206,19 +232,19 @@ fn layout(
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-fn uniform(device: &wgpu::Device, task: &impl Pod) -> wgpu::Buffer {
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("task"),
-        contents: bytemuck::bytes_of(task),
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
+fn uniform(gpu: &Gpu, task: &impl Pod) -> wgpu::Buffer {
+    gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM)
 }
 
-/// Buffers at the bindings from 0 on.
-fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+/// Resources at the bindings from 0 on.
+fn bind(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource],
+) -> wgpu::BindGroup {
     let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-        .zip(buffers)
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .zip(resources)
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
         .collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
@@ -227,13 +253,12 @@ fn compute_pipeline(
     device: &wgpu::Device,
     shader: &wgpu::ShaderModule,
     entry: &str,
-    groups: &[&wgpu::BindGroupLayout],
+    layout: &wgpu::BindGroupLayout,
     constants: &[(&str, f64)],
 ) -> wgpu::ComputePipeline {
-    let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().copied().map(Some).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(entry),
-        bind_group_layouts: &groups,
+        bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -246,16 +271,14 @@ fn compute_pipeline(
     })
 }
 
-/// Submits one dispatch.
-fn dispatch(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, groups: &[&wgpu::BindGroup], [x, y, z]: [u32; 3]) {
+/// Submits one dispatch of so many workgroups.
+fn dispatch(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups: UVec3) {
     let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(pipeline);
-        for (index, group) in (0u32..).zip(groups) {
-            pass.set_bind_group(index, *group, &[]);
-        }
-        pass.dispatch_workgroups(x, y, z);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups(groups.x, groups.y, groups.z);
     }
     gpu.queue().submit([encoder.finish()]);
 }

@@ -6,9 +6,11 @@
 use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
-use wgpu::util::DeviceExt;
 
-use super::{BlockLevels, GpuRanges, UNIFORM, bind, compute_pipeline, groups_of, layout, storage, uniform};
+use super::{
+    BlockLevels, GpuRanges, RangeMap, UNIFORM, bind, compute_pipeline, dispatch, groups_of, layout, storage,
+    uniform,
+};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use cutaway_core::glam::UVec3;
@@ -54,21 +56,21 @@ pub(crate) enum Criterion {
 
 impl Criterion {
     /// The words that the shader reads; never none, for no buffer is empty.
-    fn words(&self) -> Vec<u32> {
+    fn words(&self, map: RangeMap) -> Vec<u32> {
         match self {
             Self::Entries { visible_before, .. } => visible_before.clone(),
             Self::Levels(levels) if !levels.is_empty() => {
-                levels.iter().map(|level| ((level * 65535.0) as f32).to_bits()).collect()
+                levels.iter().map(|level| (map.place(*level) as f32).to_bits()).collect()
             }
             Self::Levels(_) | Self::All => vec![0],
         }
     }
 
-    fn describe(&self, task: &mut OccupancyTask) {
+    fn describe(&self, map: RangeMap, task: &mut OccupancyTask) {
         match self {
             Self::Entries { visible_before, offset, scale } => {
-                task.entry_offset = (offset * 65535.0) as f32;
-                task.entry_scale = (scale / 65535.0) as f32;
+                task.entry_offset = map.place(*offset) as f32;
+                task.entry_scale = (scale / map.scale) as f32;
                 task.entry_last = (visible_before.len() as u32).saturating_sub(2);
             }
             Self::Levels(levels) => {
@@ -96,7 +98,7 @@ impl Pipelines {
         });
         let bindings = [(0, UNIFORM), (1, storage(true)), (2, storage(true)), (3, storage(false))];
         let layout = layout(device, "occupancy", &bindings);
-        let make = |entry| compute_pipeline(device, &shader, entry, &[&layout], &[]);
+        let make = |entry| compute_pipeline(device, &shader, entry, &layout, &[]);
         let (fine, coarse) = (make("fine_occupancy"), make("coarse_occupancy"));
         Self { layout, fine, coarse }
     }
@@ -107,6 +109,7 @@ impl Pipelines {
 pub(crate) struct Occupancy {
     gpu: Gpu,
     levels: BlockLevels,
+    map: RangeMap,
     bits: wgpu::Buffer,
     occupied: OnceLock<u64>,
 }
@@ -128,35 +131,33 @@ impl Occupancy {
             coarse_words: levels.coarse_words() as u32,
             ..OccupancyTask::zeroed()
         };
-        criterion.describe(&mut task);
+        criterion.describe(ranges.map(), &mut task);
         let bits = gpu.checked("finding the blocks that can be visible", || {
             let device = gpu.device();
-            let criteria = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("criteria"),
-                contents: bytemuck::cast_slice(&criterion.words()),
-                usage: wgpu::BufferUsages::STORAGE,
-            });
+            let words = criterion.words(ranges.map());
+            let criteria = gpu.buffer("criteria", bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE);
             // New buffers are all zero: the bits of coarse blocks and the count begin with that.
             let bits = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("occupancy"),
-                size: 4 * (levels.fine_words() + 2 * levels.coarse_words() + 1),
+                size: 4 * (levels.fine_words() + levels.coarse_words() + 1),
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             });
             let bound = |task: &OccupancyTask| {
-                bind(device, &pipelines.layout, &[&uniform(device, task), ranges.words(), &criteria, &bits])
+                let task = uniform(gpu, task);
+                let buffers = [&task, ranges.words(), &criteria, &bits];
+                bind(device, &pipelines.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
             };
             for first in (0..task.fine_words).step_by(WORDS_AT_ONCE as usize) {
                 let end = (first + WORDS_AT_ONCE).min(task.fine_words);
                 let task = OccupancyTask { first_word: first, end_word: end, ..task };
-                let groups = [(end - first).div_ceil(64), 1, 1];
-                super::dispatch(gpu, &pipelines.fine, &[&bound(&task)], groups);
+                let groups = UVec3::new((end - first).div_ceil(64), 1, 1);
+                dispatch(gpu, &pipelines.fine, &bound(&task), groups);
             }
-            let groups = groups_of(levels.coarse, UVec3::splat(4)).to_array();
-            super::dispatch(gpu, &pipelines.coarse, &[&bound(&task)], groups);
+            dispatch(gpu, &pipelines.coarse, &bound(&task), groups_of(levels.coarse, UVec3::splat(4)));
             bits
         })?;
-        Ok(Self { gpu: gpu.clone(), levels, bits, occupied: OnceLock::new() })
+        Ok(Self { gpu: gpu.clone(), levels, map: ranges.map(), bits, occupied: OnceLock::new() })
     }
 
     /// The blocks that there are.
@@ -164,8 +165,12 @@ impl Occupancy {
         self.levels
     }
 
-    /// A bit a fine block, coarse blocks in which any fine one is occupied, coarse blocks in which all are, and how many
-    /// fine ones are.
+    /// What the ranges that it was made of are in.
+    pub(crate) fn map(&self) -> RangeMap {
+        self.map
+    }
+
+    /// A bit a fine block; two a coarse one, whether any fine one in it is occupied and whether all are; and how many are.
     pub(crate) fn bits(&self) -> &wgpu::Buffer {
         &self.bits
     }

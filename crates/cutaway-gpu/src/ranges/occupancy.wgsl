@@ -9,7 +9,7 @@ struct OccupancyTask {
     first_word: u32,
     coarse_blocks: vec3u,
     fine_per_coarse: u32,
-    // Entry of the classification table: (65535ths of a texel - offset) * scale + 0.5, truncated.
+    // Entry of the classification table: (65535ths - offset) * scale + 0.5, truncated.
     entry_offset: f32,
     entry_scale: f32,
     entry_last: u32,
@@ -24,13 +24,13 @@ struct OccupancyTask {
 
 @group(0) @binding(0) var<uniform> task: OccupancyTask;
 @group(0) @binding(1) var<storage, read> ranges: array<u32>;
-// Of each entry, and of the end: how many before it are visible. Or the levels in 65535ths of a texel, as f32 bits.
+// Of each entry, and of the end: how many before it are visible. Or the levels in 65535ths, as f32 bits.
 @group(0) @binding(2) var<storage, read> criteria: array<u32>;
-// A bit a block, x fastest: the fine blocks that can be visible; from a new word on the coarse ones in which any can;
-// from a new word on those in which all can; then how many fine ones can.
+// A bit a block, x fastest: the fine blocks that can be visible; from a new word on two bits a coarse block, the lower of
+// which is set if any block in it can, the upper if all can; then how many fine ones can.
 @group(0) @binding(3) var<storage, read_write> made_bits: array<atomic<u32>>;
 
-// A texel of a whole number of 65535ths may be off by up to 1/256 of one, which may be many entries.
+// A whole number of 65535ths may be off by up to 1/256 of one, which may be many entries.
 const ROUNDING = 1.0 / 64.0;
 
 fn entry_of(end: f32) -> u32 {
@@ -81,7 +81,7 @@ fn fine_occupancy(@builtin(global_invocation_id) id: vec3u) {
     }
     atomicStore(&made_bits[word], bits);
     if bits != 0u {
-        atomicAdd(&made_bits[task.fine_words + 2u * task.coarse_words], countOneBits(bits));
+        atomicAdd(&made_bits[task.fine_words + task.coarse_words], countOneBits(bits));
     }
 }
 
@@ -112,12 +112,6 @@ fn coarse_occupancy(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     let index = (id.z * task.coarse_blocks.y + id.y) * task.coarse_blocks.x + id.x;
-    let word = task.fine_words + (index >> 5u);
-    let bit = 1u << (index & 31u);
-    if some {
-        atomicOr(&made_bits[word], bit);
-    }
-    if all_of_them {
-        atomicOr(&made_bits[word + task.coarse_words], bit);
-    }
+    let state = u32(some) | (u32(all_of_them) << 1u);
+    atomicOr(&made_bits[task.fine_words + (index >> 4u)], state << (2u * (index & 15u)));
 }

@@ -2,7 +2,7 @@
 
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::transfer_function::{ClassificationTable, ControlPoint, TransferFunction};
-use cutaway_core::volume::{Geometry, Rescale, Volume, Voxels};
+use cutaway_core::volume::{Geometry, Rescale, Volume};
 use proptest::prelude::*;
 
 use super::occupancy::read_words;
@@ -84,8 +84,7 @@ struct Made {
 fn made(gpu: &Gpu, volume: &Volume) -> Made {
     let voxels = GpuVolume::new(gpu, volume).expect("it fits");
     let pipelines = BlockPipelines::new(gpu).expect("valid shaders");
-    let whole = !matches!(volume.voxels(), Voxels::F32(_));
-    let ranges = pipelines.make_ranges(gpu, &voxels, whole).expect("they fit");
+    let ranges = pipelines.ranges(gpu, &voxels, volume).expect("they fit");
     let words = read_words(gpu, ranges.words(), 0..ranges.bytes()).expect("they come back");
     Made { voxels, pipelines, ranges, words }
 }
@@ -110,9 +109,9 @@ fn ranges_contain_every_voxel_of_their_block_and_little_else() {
             ] {
                 let expected = host_ranges(&volume, made.voxels.texels(), edge, blocks);
                 // Whole numbers of 65535ths are met exactly, others within one and the rounding that is allowed for.
-                let slack = if form == 2 { 1.1 } else { 1e-6 };
-                for (word, [lo, hi]) in made.words[first..].iter().zip(expected) {
-                    let ([lo, hi], found) = ([lo * 65535.0, hi * 65535.0], ends(*word));
+                let slack = if made.ranges.map().whole { 1e-6 } else { 1.1 };
+                for (word, range) in made.words[first..].iter().zip(expected) {
+                    let ([lo, hi], found) = (range.map(|t| made.ranges.map().place(t)), ends(*word));
                     prop_assert!(found[0] <= lo + 1e-6 && found[1] >= hi - 1e-6, "{found:?} {lo} {hi}");
                     prop_assert!(found[0] >= lo - slack && found[1] <= hi + slack, "{found:?} {lo} {hi}");
                 }
@@ -143,22 +142,22 @@ fn a_block_is_occupied_where_its_range_meets_what_is_visible() {
             let made = made(gpu, &volume);
             let texels = made.voxels.texels();
             let [lo, hi] = volume.stored_range().map(f64::from);
+            let entry = (texels.texel(hi) - texels.texel(lo)) / (table.entries().len() - 1) as f64;
             let level = texels.texel((lo + at * (hi - lo)).round());
             let criterion = if iso {
                 Criterion::Levels(vec![level])
             } else {
-                let (lo, per_unit) = table.index_map();
                 let mut visible_before = vec![0];
                 for e in table.entries() {
                     visible_before.push(visible_before[visible_before.len() - 1] + u32::from(e[3] > 0.0));
                 }
-                let scale = f64::from(per_unit) * texels.stored_per_texel;
-                Criterion::Entries { visible_before, offset: texels.texel(f64::from(lo)), scale }
+                let scale = if entry > 0.0 { 1.0 / entry } else { 0.0 };
+                Criterion::Entries { visible_before, offset: texels.texel(lo), scale }
             };
             let stored = |texel: f64| (texel * texels.stored_per_texel + texels.stored_at_zero) as f32;
             // With `slack` 65535ths and entries more on either side.
             let met = |[lo, hi]: [f64; 2], slack: f64| {
-                let more = slack * (1.0 / 65535.0 + if iso { 0.0 } else { 1.0 / 1023.0 });
+                let more = slack / made.ranges.map().scale + if iso { 0.0 } else { slack * entry };
                 let (lo, hi) = (lo - more, hi + more);
                 if iso { (lo..=hi).contains(&level) } else { table.visible(stored(lo), stored(hi)) }
             };
@@ -180,8 +179,8 @@ fn check_bits(
     met: impl Fn([f64; 2], f64) -> bool,
 ) -> Result<(), TestCaseError> {
     let levels = occupancy.levels();
-    let (any, all) = (levels.fine_words(), levels.fine_words() + levels.coarse_words());
-    let bit = |first: u64, i: usize| bits[first as usize + i / 32] >> (i % 32) & 1 == 1;
+    let coarse = levels.fine_words() as usize;
+    let bit = |first: usize, i: usize| bits[first + i / 32] >> (i % 32) & 1 == 1;
     let expected = host_ranges(volume, made.voxels.texels(), levels.fine_edge, levels.fine);
     let coarse_count = levels.coarse_count() as usize;
     let (mut some, mut every) = (vec![false; coarse_count], vec![true; coarse_count]);
@@ -198,7 +197,7 @@ fn check_bits(
         every[c] &= occupied;
     }
     for c in 0..coarse_count {
-        prop_assert_eq!((bit(any, c), bit(all, c)), (some[c], every[c]));
+        prop_assert_eq!((bit(coarse, 2 * c), bit(coarse, 2 * c + 1)), (some[c], every[c]));
     }
     let share = occupancy.occupied_fraction().expect("counted");
     prop_assert_eq!(share, f64::from(count) / expected.len() as f64);

@@ -3,7 +3,6 @@
 // never leaves its range.
 
 import package::ranges::packing::{packed_range, united};
-import package::shared::volume::voxel;
 
 // The host's side is `RangesTask` in ranges/mod.rs.
 struct RangesTask {
@@ -16,11 +15,16 @@ struct RangesTask {
     first_layer: u32,
     coarse_blocks: vec3u,
     fine_per_coarse: u32,
+    // Ranges are in 65535ths: (texel - first_texel) * scale.
+    first_texel: f32,
+    scale: f32,
+    reserved: vec2u,
 }
 
-@group(1) @binding(0) var<uniform> task: RangesTask;
+@group(0) @binding(0) var<uniform> task: RangesTask;
 // Two 16-bit unorm a block, x fastest: the fine blocks, then the coarse ones.
-@group(1) @binding(1) var<storage, read_write> made_ranges: array<u32>;
+@group(0) @binding(1) var<storage, read_write> made_ranges: array<u32>;
+@group(0) @binding(2) var whole_volume: texture_3d<f32>;
 
 @compute @workgroup_size(8, 4, 2)
 fn fine_ranges(@builtin(global_invocation_id) id: vec3u) {
@@ -30,18 +34,17 @@ fn fine_ranges(@builtin(global_invocation_id) id: vec3u) {
     }
     let first = vec3i(block * task.edge);
     let last = min(first + i32(task.edge), vec3i(task.dimensions) - 1);
-    var lo = 1.0;
-    var hi = 0.0;
+    var range = vec2f(1e30, -1e30);
     for (var z = first.z; z <= last.z; z += 1) {
         for (var y = first.y; y <= last.y; y += 1) {
             for (var x = first.x; x <= last.x; x += 1) {
-                let texel = voxel(vec3i(x, y, z));
-                lo = min(lo, texel);
-                hi = max(hi, texel);
+                let texel = textureLoad(whole_volume, vec3i(x, y, z), 0).x;
+                range = vec2f(min(range.x, texel), max(range.y, texel));
             }
         }
     }
-    made_ranges[(block.z * task.blocks.y + block.y) * task.blocks.x + block.x] = packed_range(lo, hi);
+    let packed = packed_range((range - task.first_texel) * task.scale);
+    made_ranges[(block.z * task.blocks.y + block.y) * task.blocks.x + block.x] = packed;
 }
 
 @compute @workgroup_size(4, 4, 4)

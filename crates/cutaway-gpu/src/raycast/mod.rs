@@ -4,25 +4,42 @@
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
 mod fetches;
+mod finish;
 mod pipelines;
 mod readback;
+mod sampling;
 mod targets;
 mod uniforms;
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
-use cutaway_core::volume::{Volume, Voxels};
+use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
+use crate::notice::Notice;
+use crate::proxy::{
+    Flavour, ProxyCounts, ProxyGeometry, ProxyOptions, ProxyPipelines, RangeInputs, RangeTargets,
+    draw_wireframe,
+};
 use crate::ranges::{BlockPipelines, GpuRanges};
 use crate::volume::GpuVolume;
 pub use fetches::FetchCounts;
+#[cfg(test)]
+pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
+use finish::{Finisher, Lattice};
 use pipelines::{Inputs, Pipelines, Variant};
-use targets::{Targets, tiles};
+pub(crate) use sampling::GpuPreintegration;
+pub use sampling::notices;
+#[cfg(test)]
+pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
+use sampling::{GpuDirections, SamplingVariant, cost_of_step};
+pub(crate) use targets::tiles;
+use targets::{FORMATS, Targets};
 pub(crate) use uniforms::FrameUniforms;
 
 /// The linked shader.
@@ -51,6 +68,20 @@ pub struct RaycastRenderer {
     pipelines: Pipelines,
     blocks: BlockPipelines,
     targets: Mutex<Option<Targets>>,
+    finisher: Finisher,
+    proxy: ProxyPipelines,
+    proxy_options: ProxyOptions,
+    ranges: Mutex<Option<RangeTargets>>,
+    geometry: GeometryPipelines,
+}
+
+/// What is drawn besides the volume.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extras<'a> {
+    /// Opaque geometry, which ends rays; the image lies over it. Of the image's size.
+    pub geometry: Option<&'a OpaqueGeometry>,
+    /// Straight RGB, 0..=1, of the proxy geometry's edges, which are drawn where the image does not hide them.
+    pub wireframe: Option<[f32; 3]>,
 }
 
 /// A volume made ready: on the device, and what is in its blocks.
@@ -58,12 +89,31 @@ pub struct RaycastRenderer {
 pub struct PreparedVolume {
     voxels: GpuVolume,
     ranges: GpuRanges,
+    /// Made when a scene first asks for them.
+    directions: OnceLock<GpuDirections>,
 }
 
 impl PreparedVolume {
+    /// Directions of its gradient, where a scene wants them.
+    fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
+        if !SamplingVariant::of(scene).wants_directions() {
+            return Ok(None);
+        }
+        if let Some(made) = self.directions.get() {
+            return Ok(Some(made));
+        }
+        let made = GpuDirections::new(gpu, scene.volume(), &self.voxels)?;
+        Ok(Some(self.directions.get_or_init(|| made)))
+    }
+
     /// The voxels on the device.
     pub fn voxels(&self) -> &GpuVolume {
         &self.voxels
+    }
+
+    /// What was substituted so that it fits; of a volume in bricks, for the last scene that was classified.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.voxels.notices()
     }
 }
 
@@ -71,8 +121,30 @@ impl RaycastRenderer {
     /// Makes what all frames share.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let pipelines = Pipelines::new(gpu)?;
+        let proxy = ProxyPipelines::new(gpu, FORMATS[0])?;
+        let geometry = GeometryPipelines::new(gpu)?;
+        let proxy_options = ProxyOptions::default();
+        let (targets, ranges) = (Mutex::new(None), Mutex::new(None));
         let blocks = BlockPipelines::new(gpu)?;
-        Ok(Self { gpu: gpu.clone(), pipelines, blocks, targets: Mutex::new(None) })
+        let finisher = Finisher::new(gpu)?;
+        Ok(Self {
+            gpu: gpu.clone(),
+            pipelines,
+            blocks,
+            targets,
+            finisher,
+            proxy,
+            proxy_options,
+            ranges,
+            geometry,
+        })
+    }
+
+    /// The same with other proxy geometry.
+    #[must_use]
+    pub fn with_proxy_options(mut self, options: ProxyOptions) -> Self {
+        self.proxy_options = options;
+        self
     }
 
     /// The device.
@@ -83,9 +155,8 @@ impl RaycastRenderer {
     /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        let whole = !matches!(volume.voxels(), Voxels::F32(_));
-        let ranges = self.blocks.make_ranges(&self.gpu, &voxels, whole)?;
-        Ok(PreparedVolume { voxels, ranges })
+        let ranges = self.blocks.ranges(&self.gpu, &voxels, volume)?;
+        Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
     }
 
     /// Classifies a prepared volume for a scene.
@@ -102,11 +173,23 @@ impl RaycastRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
-        let frame = self.frame(volume, classification, scene, progress)?;
+        self.render_with(volume, classification, scene, &Extras::default(), progress)
+    }
+
+    /// As [`Self::render`], with what is drawn besides the volume.
+    pub fn render_with(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, Statistics), GpuError> {
+        let frame = self.frame(volume, classification, scene, extras, progress)?;
         Ok((frame.image, frame.statistics))
     }
 
-    /// Renders a frame as [`Self::render`] does, for what each pixel of it took.
+    /// Renders a frame as [`Self::render`] does, for what each ray of it took.
     pub fn fetch_counts(
         &self,
         volume: &PreparedVolume,
@@ -114,8 +197,7 @@ impl RaycastRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<FetchCounts, GpuError> {
-        let frame = self.frame(volume, classification, scene, progress)?;
-        Ok(FetchCounts::new(scene.settings().resolution, frame.fetches))
+        Ok(self.frame(volume, classification, scene, &Extras::default(), progress)?.fetches)
     }
 
     fn frame(
@@ -123,22 +205,100 @@ impl RaycastRenderer {
         volume: &PreparedVolume,
         classification: &GpuClassification,
         scene: &Scene,
+        extras: &Extras,
         progress: &dyn Fn(f32),
     ) -> Result<readback::Read, GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
-        let resolution = scene.settings().resolution;
+        let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let targets = match kept.take() {
             Some(targets) if targets.size() == resolution => targets,
             _ => Targets::new(&self.gpu, resolution)?,
         };
-        let inputs = Inputs { volume: &volume.voxels, classification, ranges: &volume.ranges };
-        self.draw(&inputs, scene, &targets, progress)?;
-        let mut read = readback::read(&self.gpu, &targets)?;
-        read.statistics.gpu_bytes =
-            volume.voxels.bytes() + volume.ranges.bytes() + classification.bytes() + targets.bytes();
+        let frame = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
+        if let Some(geometry) = extras.geometry.filter(|geometry| geometry.size() != resolution) {
+            return Err(GpuError::GeometrySize { expected: resolution, found: geometry.size() });
+        }
+        let opaque = extras.geometry.map(OpaqueGeometry::distances);
+        let proxy = self.proxy_of(classification, scene)?;
+        let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
+        let ranges = self.ranges(&found)?;
+        let range = ranges.as_ref().map(RangeTargets::range);
+        let directions = volume.directions(&self.gpu, scene)?;
+        let inputs =
+            Inputs { volume: &volume.voxels, classification, blocks: &volume.ranges, range, directions };
+        self.draw(&inputs, scene, &frame, &targets, progress)?;
+        self.draw_extras(&found, extras, &targets)?;
+        let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
+        let mut read = readback::read(&self.gpu, &finished.textures)?;
+        read.statistics.gpu_bytes = volume.voxels.bytes()
+            + volume.ranges.bytes()
+            + classification.bytes()
+            + targets.bytes()
+            + finished.bytes
+            + directions.map_or(0, GpuDirections::bytes)
+            + proxy.map_or(0, |proxy| proxy.bytes())
+            + ranges.as_ref().map_or(0, RangeTargets::bytes);
+        *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
         Ok(read)
+    }
+
+    /// Draws meshes as the camera of a scene sees them, for [`Self::render_with`].
+    pub fn draw_geometry(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        parts: &[OpaquePart],
+    ) -> Result<OpaqueGeometry, GpuError> {
+        let frame = FrameUniforms::new(scene, &volume.voxels, classification, scene.settings().resolution);
+        self.geometry.draw(&self.gpu, scene, &frame, parts)
+    }
+
+    /// How many quads the proxy geometry of a scene has, which is read back for this; none: it has no proxy.
+    pub fn proxy_counts(
+        &self,
+        classification: &GpuClassification,
+        scene: &Scene,
+    ) -> Result<Option<ProxyCounts>, GpuError> {
+        self.proxy_of(classification, scene)?.map(|proxy| proxy.counts(&self.gpu)).transpose()
+    }
+
+    fn proxy_of(
+        &self,
+        classification: &GpuClassification,
+        scene: &Scene,
+    ) -> Result<Option<Arc<ProxyGeometry>>, GpuError> {
+        Flavour::of(scene)
+            .map(|flavour| classification.proxy(&self.gpu, &self.proxy, flavour, &self.proxy_options))
+            .transpose()
+    }
+
+    /// Where rays begin and end; none: at the volume's box.
+    fn ranges(&self, inputs: &RangeInputs) -> Result<Option<RangeTargets>, GpuError> {
+        if inputs.proxy.is_none() && inputs.opaque.is_none() {
+            return Ok(None);
+        }
+        let kept = self.ranges.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let ranges = match kept.filter(|ranges| ranges.size() == inputs.frame.resolution) {
+            Some(ranges) => ranges,
+            None => RangeTargets::new(&self.gpu, &self.proxy, inputs.frame.resolution)?,
+        };
+        ranges.fill(&self.gpu, &self.proxy, inputs)?;
+        Ok(Some(ranges))
+    }
+
+    fn draw_extras(&self, inputs: &RangeInputs, extras: &Extras, targets: &Targets) -> Result<(), GpuError> {
+        let (views, textures) = (targets.views(), targets.textures());
+        if let Some(geometry) = extras.geometry {
+            let (textures, views) = ([&textures[0], &textures[1]], [&views[0], &views[1]]);
+            self.geometry.put_over(&self.gpu, geometry, textures, views)?;
+        }
+        if let Some(color) = extras.wireframe {
+            draw_wireframe(&self.gpu, &self.proxy, inputs, color, [&views[0], &views[1]])?;
+        }
+        Ok(())
     }
 
     /// Draws a frame into targets, tile by tile.
@@ -146,15 +306,19 @@ impl RaycastRenderer {
         &self,
         inputs: &Inputs,
         scene: &Scene,
+        frame: &FrameUniforms,
         targets: &Targets,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
-        let pipeline =
-            self.pipelines.get(&self.gpu, Variant::of(scene, inputs.volume, self.gpu.capabilities()))?;
-        let uniforms = FrameUniforms::new(scene, inputs.volume, inputs.classification, targets.size());
-        let groups =
-            self.gpu.checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &uniforms))?;
-        let tiles = tiles(targets.size(), most_steps(scene), self.gpu.adapter().software);
+        let variant = Variant::of(scene, inputs, self.gpu.capabilities(), self.proxy_options.image_order);
+        let pipeline = self.pipelines.get(&self.gpu, variant)?;
+        // Until all tiles are submitted no other scene may change which bricks are there.
+        let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
+        let groups = self
+            .gpu
+            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
+        let tiles =
+            tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
             self.gpu.checked("drawing a tile", || {
                 let mut encoder =
@@ -164,6 +328,7 @@ impl RaycastRenderer {
                     pass.set_pipeline(&pipeline);
                     pass.set_bind_group(0, &groups[0], &[]);
                     pass.set_bind_group(1, &groups[1], &[]);
+                    pass.set_bind_group(2, &groups[2], &[]);
                     pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
                     pass.draw(0..3, 0..1);
                 }

@@ -5,21 +5,26 @@ use std::sync::{Mutex, PoisonError};
 
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
-use wgpu::util::DeviceExt;
 
+use super::sampling::{GpuDirections, SamplingBindings, SamplingInputs, SamplingVariant};
 use super::targets::FORMATS;
 use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
 use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
 use crate::ranges::GpuRanges;
-use crate::volume::GpuVolume;
+use crate::volume::{GpuVolume, Resident};
 
 /// What a frame is drawn from.
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
-    pub(crate) ranges: &'a GpuRanges,
+    /// What its blocks hold.
+    pub(crate) blocks: &'a GpuRanges,
+    /// Where each ray begins and ends, if not at the volume's box.
+    pub(crate) range: Option<&'a wgpu::TextureView>,
+    /// Directions of the gradient, where the scene asks for them.
+    pub(crate) directions: Option<&'a GpuDirections>,
 }
 
 /// What is decided when a shader is compiled.
@@ -29,13 +34,19 @@ pub(crate) struct Variant {
     shaded: bool,
     curve: u32,
     filtering: Filtering,
-    /// Whether the voxels can be filtered at all.
+    /// Whether the adapter filters the voxels.
     filterable: bool,
     skip_blocks: bool,
+    /// Cells along an edge of a brick, for a volume in bricks.
+    brick_edge: Option<u32>,
+    proxy: bool,
+    sampling: SamplingVariant,
 }
 
 impl Variant {
-    pub(crate) fn of(scene: &Scene, volume: &GpuVolume, capabilities: &Capabilities) -> Self {
+    /// `image_order`: whether blocks are skipped along rays.
+    pub(crate) fn of(scene: &Scene, inputs: &Inputs, capabilities: &Capabilities, image_order: bool) -> Self {
+        let volume = inputs.volume;
         let curve = match scene.lighting().diffuse_curve {
             DiffuseCurve::Clamped => 0,
             DiffuseCurve::TwoSided => 1,
@@ -47,7 +58,10 @@ impl Variant {
             curve,
             filtering: volume.texels().filtering,
             filterable: volume.texels().filterable(capabilities),
-            skip_blocks: scene.settings().space_skipping != SpaceSkipping::Off,
+            brick_edge: volume.brick_edge(),
+            skip_blocks: image_order && scene.settings().space_skipping != SpaceSkipping::Off,
+            proxy: inputs.range.is_some(),
+            sampling: SamplingVariant::of(scene),
         }
     }
 
@@ -60,13 +74,18 @@ impl Variant {
             Mode::Mean => 4.0,
         };
         let flag = |on: bool| f64::from(u8::from(on));
-        vec![
+        let mut constants = vec![
             ("MODE", mode),
             ("SHADED", flag(self.shaded)),
             ("DIFFUSE_CURVE", f64::from(self.curve)),
             ("EXACT_FILTERING", flag(self.filtering == Filtering::Exact)),
             ("SKIP_BLOCKS", flag(self.skip_blocks)),
-        ]
+            ("BRICKED", flag(self.brick_edge.is_some())),
+            ("BRICK_EDGE", f64::from(self.brick_edge.unwrap_or(1))),
+            ("PROXY", flag(self.proxy)),
+        ];
+        constants.extend(self.sampling.constants());
+        constants
     }
 }
 
@@ -74,11 +93,12 @@ impl Variant {
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     shader: wgpu::ShaderModule,
-    /// By whether the voxels can be filtered.
+    /// By whether the adapter filters the voxels.
     layouts: [[wgpu::BindGroupLayout; 2]; 2],
     made: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
     samplers: [wgpu::Sampler; 2],
     nothing: Nothing,
+    sampling: SamplingBindings,
 }
 
 /// What is bound where there is nothing to bind.
@@ -105,7 +125,9 @@ impl Pipelines {
                     ..wgpu::SamplerDescriptor::default()
                 })
             });
-            Self { shader, layouts, made: Mutex::default(), samplers, nothing: Nothing::new(device) }
+            let sampling = SamplingBindings::new(gpu);
+            let nothing = Nothing::new(device);
+            Self { shader, layouts, made: Mutex::default(), samplers, nothing, sampling }
         })
     }
 
@@ -124,7 +146,7 @@ impl Pipelines {
         let [scene, frame] = &self.layouts[usize::from(variant.filterable)];
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("raycast"),
-            bind_group_layouts: &[Some(scene), Some(frame)],
+            bind_group_layouts: &[Some(scene), Some(frame), Some(self.sampling.layout())],
             immediate_size: 0,
         });
         let constants = variant.constants();
@@ -152,15 +174,17 @@ impl Pipelines {
         })
     }
 
-    /// Binds a frame's inputs: what belongs to the scene, and what belongs to the image.
-    pub(crate) fn bind(&self, gpu: &Gpu, inputs: &Inputs, uniforms: &FrameUniforms) -> [wgpu::BindGroup; 2] {
+    /// Binds a frame's inputs: what belongs to the scene, to the image, and to the way of sampling.
+    pub(crate) fn bind(
+        &self,
+        gpu: &Gpu,
+        inputs: &Inputs,
+        resident: &Resident,
+        uniforms: &FrameUniforms,
+    ) -> [wgpu::BindGroup; 3] {
         let device = gpu.device();
         let filterable = inputs.volume.texels().filterable(gpu.capabilities());
-        let uniforms = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frame"),
-            contents: bytemuck::bytes_of(uniforms),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
         let bind = |group: usize, resources: &[wgpu::BindingResource]| {
             let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
                 .zip(resources)
@@ -173,23 +197,28 @@ impl Pipelines {
             0,
             &[
                 uniforms.as_entire_binding(),
-                wgpu::BindingResource::TextureView(inputs.volume.view()),
+                wgpu::BindingResource::TextureView(&resident.voxels),
                 wgpu::BindingResource::Sampler(&self.samplers[usize::from(filterable)]),
                 inputs.classification.occupied().as_entire_binding(),
                 inputs.classification.table().as_entire_binding(),
-                inputs.ranges.words().as_entire_binding(),
+                wgpu::BindingResource::TextureView(&resident.pages),
+                inputs.blocks.words().as_entire_binding(),
             ],
         );
         let nothing = &self.nothing;
         let image = bind(
             1,
             &[
-                wgpu::BindingResource::TextureView(&nothing.range),
+                wgpu::BindingResource::TextureView(inputs.range.unwrap_or(&nothing.range)),
                 nothing.words.as_entire_binding(),
                 nothing.words.as_entire_binding(),
             ],
         );
-        [scene, image]
+        let sampling = SamplingInputs {
+            preintegration: inputs.classification.preintegration(),
+            directions: inputs.directions,
+        };
+        [scene, image, self.sampling.bind(gpu, sampling)]
     }
 }
 
@@ -248,6 +277,11 @@ fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGro
             wgpu::BindingType::Sampler(sampler),
             words,
             words,
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D3,
+                multisampled: false,
+            },
             words,
         ],
     );

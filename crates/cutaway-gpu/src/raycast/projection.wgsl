@@ -2,6 +2,7 @@
 
 import package::raycast::pixel::Pixel;
 import package::shared::block_ranges::stretch_at;
+import package::shared::blocks::SKIP_BLOCKS;
 import package::shared::classification::classified;
 import package::shared::frame::frame;
 import package::shared::ray::{Ray, position};
@@ -17,6 +18,9 @@ struct Projected {
 
 const NOTHING_PROJECTED = Projected(0.0, 0.0, 1e30);
 
+// Steps that are taken without asking whether they are worth it.
+const MOST_PATIENCE = 64;
+
 // 1 greatest texel, -1 least, 0 mean.
 fn project(
     projected: ptr<function, Projected>,
@@ -29,20 +33,26 @@ fn project(
     let step = frame.step_length;
     let steps = i32(ceil((t_far - t_near) / step));
     var i = 0;
+    var patience = 1;
     while i < steps {
-        // Up to here samples are taken, or none is: that which is known is not to be had again from such blocks.
+        // Up to here samples are taken, or none is: what is known is not to be outdone in such blocks.
         var end = steps;
-        if kind != 0.0 && (*projected).length > 0.0 {
-            let t = t_near + f32(i) * step;
-            let stretch = stretch_at(ray, t + 0.5 * min(step, t_far - t), t_far, kind, (*projected).value);
-            // The first step whose middle is not within the stretch.
-            end = clamp(i32(ceil((stretch.t_end - t_near) / step - 0.5)), i + 1, steps);
-            if !stretch.promising {
-                i = end;
-                continue;
-            }
-        } else if kind != 0.0 {
+        if SKIP_BLOCKS && kind != 0.0 {
             end = i + 1;
+            if (*projected).length > 0.0 {
+                let t = t_near + f32(i) * step;
+                let stretch = stretch_at(ray, t + 0.5 * min(step, t_far - t), kind, (*projected).value);
+                // The first step whose middle is not within the stretch.
+                end = clamp(i32(ceil((stretch.t_end - t_near) / step - 0.5)), i + 1, steps);
+                if !stretch.promising {
+                    i = end;
+                    patience = 1;
+                    continue;
+                }
+                // The longer nothing could be skipped, the later the next attempt: asking costs as much as some samples.
+                end = min(max(end, i + patience), steps);
+                patience = min(patience * 2, MOST_PATIENCE);
+            }
         }
         for (; i < end; i += 1) {
             let t = t_near + f32(i) * step;

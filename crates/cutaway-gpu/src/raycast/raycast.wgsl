@@ -4,7 +4,10 @@
 import package::raycast::composite::{SHADED, composite};
 import package::raycast::isosurface::isosurfaces;
 import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface, packed_counts};
+import package::raycast::sampling::refined::{STEPPING, composite_refined};
+import package::raycast::sampling::steps::{set_jitter, steps_of};
 import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
+import package::shared::blocks::visible_range;
 import package::shared::face::{Face, face_of};
 import package::shared::frame::frame;
 import package::shared::lighting::{UNLIT, lit};
@@ -13,10 +16,10 @@ import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
 
 // 0 composite, 1 isosurfaces, 2 maximum, 3 minimum, 4 mean.
 override MODE: u32 = 0u;
-// Rays begin and end at the proxy geometry.
+// Rays have ranges: they look only between the ends of the proxy geometry, and end at opaque geometry.
 override PROXY: bool = false;
 
-// Nearest and farthest distance of the proxy geometry along the pixel's ray, the latter negated.
+// Nearest and farthest distance of the proxy geometry along the pixel's ray, the latter negated; that of opaque geometry.
 @group(1) @binding(0) var proxy_range: texture_2d<f32>;
 
 struct Output {
@@ -37,10 +40,13 @@ fn whole_image(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 fn cast_pixel(@builtin(position) at: vec4f) -> Output {
     let place = vec2u(at.xy);
     let ray = ray_of(vec2f(place));
+    set_jitter(place);
     var range = box_range(ray);
     if PROXY {
-        let proxy = textureLoad(proxy_range, place, 0).xy;
-        range = vec2f(max(range.x, proxy.x), min(range.y, -proxy.y));
+        let ends = textureLoad(proxy_range, place, 0);
+        // Samples lie where they would without a proxy.
+        visible_range = vec2f(ends.x, -ends.y);
+        range.y = min(range.y, ends.z);
     }
     var pixel = NOTHING;
     if range.x < range.y {
@@ -64,9 +70,12 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
         let count = segment_count(place);
         for (var k = 0u; k < count; k += 1u) {
             let piece = segment(place, k);
+            if piece.t_near >= range.y {
+                break;
+            }
             let t_near = max(piece.t_near, range.x);
             let t_far = min(piece.t_far, range.y);
-            count_steps(pixel, t_near, t_far);
+            count_steps(pixel, ray, t_near, t_far);
             if MODE < 2u && (*pixel).transmittance < frame.opaque_below {
                 continue;
             }
@@ -80,7 +89,7 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
         }
     } else {
         let face = Face(false, 0.0, UNLIT, 0.0);
-        count_steps(pixel, range.x, range.y);
+        count_steps(pixel, ray, range.x, range.y);
         cast_segment(pixel, &projected, ray, face, range.x, range.y);
     }
     if MODE >= 2u {
@@ -89,9 +98,13 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
 }
 
 // Steps of a segment, whether they will be taken or not; isosurfaces have none.
-fn count_steps(pixel: ptr<function, Pixel>, t_near: f32, t_far: f32) {
+fn count_steps(pixel: ptr<function, Pixel>, ray: Ray, t_near: f32, t_far: f32) {
     if MODE != 1u && t_near < t_far {
-        (*pixel).steps += u32(ceil((t_far - t_near) / frame.step_length));
+        var steps = i32(ceil((t_far - t_near) / frame.step_length));
+        if MODE == 0u && STEPPING != 0u {
+            steps = steps_of(ray, t_near, t_far).count;
+        }
+        (*pixel).steps += u32(max(steps, 0));
     }
 }
 
@@ -113,7 +126,9 @@ fn cast_segment(
     t_near: f32,
     t_far: f32,
 ) {
-    if MODE == 0u {
+    if MODE == 0u && STEPPING != 0u {
+        composite_refined(pixel, ray, face, t_near, t_far);
+    } else if MODE == 0u {
         composite(pixel, ray, face, t_near, t_far);
     } else if MODE == 1u {
         isosurfaces(pixel, ray, face, t_near, t_far);

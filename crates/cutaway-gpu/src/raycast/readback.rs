@@ -2,8 +2,7 @@
 
 use cutaway_core::image::Image;
 
-use super::Statistics;
-use super::targets::Targets;
+use super::{FetchCounts, Statistics};
 use crate::context::Gpu;
 use crate::error::GpuError;
 
@@ -11,17 +10,17 @@ use crate::error::GpuError;
 pub(crate) struct Read {
     pub(crate) image: Image,
     pub(crate) statistics: Statistics,
-    /// Texture fetches of every pixel.
-    pub(crate) fetches: Vec<u32>,
+    /// Texture fetches of every ray.
+    pub(crate) fetches: FetchCounts,
 }
 
 /// Depths from here on mean that nothing is there; see `NO_DEPTH` in the shader.
 const NO_DEPTH: f32 = 1e30;
 
-/// Copies a frame to the host and waits for it.
-pub(crate) fn read(gpu: &Gpu, targets: &Targets) -> Result<Read, GpuError> {
-    let [width, height] = targets.size();
-    let [colors, depths, counts] = targets.textures();
+/// Copies a frame (colours, depths, and counts, which may be of fewer pixels) to the host and waits for it.
+pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> Result<Read, GpuError> {
+    let (width, height) = (colors.width(), colors.height());
+    let counted = [counts.width(), counts.height()];
     let copies = gpu.checked("reading the image", || {
         let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copies = [colors, depths, counts].map(|texture| copy(gpu, &mut encoder, texture));
@@ -33,17 +32,15 @@ pub(crate) fn read(gpu: &Gpu, targets: &Targets) -> Result<Read, GpuError> {
     }
     gpu.finish()?;
     let [colors, depths, counts] = copies;
-    let pixels: Vec<[f32; 4]> = bytemuck::cast_slice(&colors.bytes(height)?).to_vec();
-    let mut depths: Vec<f32> = bytemuck::cast_slice(&depths.bytes(height)?).to_vec();
+    let pixels: Vec<[f32; 4]> = bytemuck::cast_slice(&colors.bytes()?).to_vec();
+    let mut depths: Vec<f32> = bytemuck::cast_slice(&depths.bytes()?).to_vec();
     for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
         *depth = f32::INFINITY;
     }
-    let counts: Vec<PixelCounts> = bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes(height)?)
-        .iter()
-        .map(PixelCounts::unpacked)
-        .collect();
+    let counts: Vec<PixelCounts> =
+        bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes()?).iter().map(PixelCounts::unpacked).collect();
     let statistics = sum(&counts);
-    let fetches = counts.iter().map(|c| c.samples).collect();
+    let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
     let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
     Ok(Read {
         image: image.expect("one pixel a fragment of a size that the scene has checked"),
@@ -111,12 +108,12 @@ fn copy(gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) 
 
 impl Copy {
     /// Rows without their padding.
-    fn bytes(&self, rows: u32) -> Result<Vec<u8>, GpuError> {
+    fn bytes(&self) -> Result<Vec<u8>, GpuError> {
         let mapped = self
             .buffer
             .get_mapped_range(..)
             .map_err(|e| GpuError::Refused { what: "reading the image".to_owned(), reason: e.to_string() })?;
-        let mut bytes = Vec::with_capacity(self.row * rows as usize);
+        let mut bytes = Vec::with_capacity(self.row * (mapped.len() / self.padded_row));
         for row in mapped.chunks(self.padded_row) {
             bytes.extend_from_slice(&row[..self.row]);
         }

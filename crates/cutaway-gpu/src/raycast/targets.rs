@@ -29,7 +29,8 @@ impl Targets {
                     format,
                     usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                         | wgpu::TextureUsages::TEXTURE_BINDING
-                        | wgpu::TextureUsages::COPY_SRC,
+                        | wgpu::TextureUsages::COPY_SRC
+                        | wgpu::TextureUsages::COPY_DST,
                     view_formats: &[],
                 })
             })
@@ -50,6 +51,10 @@ impl Targets {
 
     pub(crate) fn textures(&self) -> &[wgpu::Texture; 3] {
         &self.textures
+    }
+
+    pub(crate) fn views(&self) -> &[wgpu::TextureView; 3] {
+        &self.views
     }
 
     /// A pass that draws into them; the first of a frame clears them.

@@ -7,6 +7,7 @@ use cutaway_core::field::vanishing_gradient;
 use cutaway_core::glam::DVec3;
 use cutaway_core::scene::{Mode, Scene};
 
+use super::finish::Lattice;
 use crate::classification::GpuClassification;
 use crate::volume::GpuVolume;
 
@@ -60,11 +61,14 @@ pub(crate) struct FrameUniforms {
     pub(crate) bins_last: u32,
     pub(crate) nodes: u32,
     pub(crate) value_sign: f32,
-    pub(crate) reserved: u32,
+    pub(crate) adaptive_threshold: f32,
+    pub(crate) range_first: f32,
+    pub(crate) range_scale: f32,
+    pub(crate) reserved: [u32; 2],
 }
 
 impl FrameUniforms {
-    /// The rays of a scene's camera, an image of `resolution` pixels, and what was prepared of the scene's volume.
+    /// The rays of a scene's camera, a [`Lattice`] of `resolution` of its pixels, and what was prepared of the scene's volume.
     pub(crate) fn new(
         scene: &Scene,
         volume: &GpuVolume,
@@ -84,7 +88,7 @@ impl FrameUniforms {
 
     fn set_rays(&mut self, scene: &Scene) {
         let volume = scene.volume();
-        let [width, height] = self.resolution;
+        let (width, height) = scene.resolution();
         let rays = scene.camera().rays(width, height);
         let radius = 0.5 * volume.corners_in_world()[0].distance(volume.corners_in_world()[7]);
         // In front of the eye, wherever that is: the plane's points may lie before or behind the volume's middle.
@@ -110,6 +114,16 @@ impl FrameUniforms {
         [self.voxel_from_world_x, self.voxel_from_world_y, self.voxel_from_world_z] =
             [m.x_axis, m.y_axis, m.z_axis].map(single);
         self.extent = single(volume.extent());
+        // Of every so many pixels one is cast.
+        let spacing = Lattice::of(scene).spacing as f32;
+        for per_pixel in [
+            &mut self.point_per_x,
+            &mut self.point_per_y,
+            &mut self.direction_per_x,
+            &mut self.direction_per_y,
+        ] {
+            *per_pixel = per_pixel.map(|v| v * spacing);
+        }
     }
 
     fn set_gradient(&mut self, scene: &Scene, volume: &GpuVolume) {
@@ -146,6 +160,7 @@ impl FrameUniforms {
         self.step_length = scene.step_length() as f32;
         // Of an image in f32, what is less cannot be seen.
         self.opaque_below = (1.0 - settings.early_termination).max(1e-7) as f32;
+        self.adaptive_threshold = settings.adaptive_threshold.unwrap_or(1.0) as f32;
         self.iso_opacity = settings.iso_opacity as f32;
         self.iso_count = if settings.mode == Mode::Iso { settings.iso.len() as u32 } else { 0 };
     }
@@ -166,9 +181,16 @@ impl FrameUniforms {
     fn set_classification(&mut self, classification: &GpuClassification) {
         let map = classification.index_map();
         (self.table_offset, self.table_scale, self.table_last) = (map.offset, map.scale, map.last);
+        if let Some(tables) = classification.preintegration() {
+            let map = tables.index_map();
+            (self.bins_offset, self.bins_scale, self.bins_last) = (map.offset, map.scale, map.last);
+            self.nodes = tables.nodes();
+        }
         let blocks = classification.blocks();
         self.blocks = blocks.fine.to_array();
         self.coarse_blocks = blocks.coarse.to_array();
+        let ranges = classification.range_map();
+        (self.range_first, self.range_scale) = (ranges.first as f32, ranges.scale as f32);
         self.block_edge = blocks.fine_edge as f32;
         self.coarse_edge = blocks.coarse_edge as f32;
     }

@@ -4,8 +4,8 @@
 import package::shared::frame::frame;
 import package::shared::ray::{Ray, parallel_axes, past, position};
 
-// A bit a block, x fastest: the fine blocks that can be visible; from a new word on the coarse ones in which any can; from a
-// new word on the coarse ones in which all can.
+// A bit a block, x fastest: the fine blocks that can be visible; from a new word on two bits a coarse block, the lower of
+// which is set if any block in it can, the upper if all can; then how many fine ones can.
 @group(0) @binding(3) var<storage, read> occupied_bits: array<u32>;
 
 // Rays skip blocks of which nothing is visible.
@@ -17,10 +17,6 @@ const LONGEST_RUN = 8u;
 
 fn bit(index: u32, first_word: u32) -> bool {
     return extractBits(occupied_bits[first_word + (index >> 5u)], index & 31u, 1u) == 1u;
-}
-
-fn words_of(blocks: vec3u) -> u32 {
-    return (blocks.x * blocks.y * blocks.z + 31u) / 32u;
 }
 
 // The block of `edge` cells that p is in.
@@ -44,45 +40,61 @@ fn block_exit(ray: Ray, block: vec3u, edge: f32) -> f32 {
 // A thousandth of a voxel: past a block's face, on the far side of rounding.
 const PAST_FACE = 1e-3;
 
+fn fine_count() -> u32 {
+    return frame.blocks.x * frame.blocks.y * frame.blocks.z;
+}
+
+// 0 empty, 1 mixed, 3 full.
+fn coarse_state(index: u32) -> u32 {
+    return extractBits(occupied_bits[(fine_count() + 31u) / 32u + (index >> 4u)], 2u * (index & 15u), 2u);
+}
+
+fn every_block_is_occupied() -> bool {
+    let coarse = frame.coarse_blocks.x * frame.coarse_blocks.y * frame.coarse_blocks.z;
+    return occupied_bits[(fine_count() + 31u) / 32u + (coarse + 15u) / 16u] == fine_count();
+}
+
 // A block, fine or coarse, that is all the same.
-struct Place {
+struct Uniform {
     block: vec3u,
     edge: f32,
     occupied: bool,
 }
 
-fn place_at(p: vec3f) -> Place {
+fn uniform_block_at(p: vec3f) -> Uniform {
     let coarse = block_at(p, frame.coarse_edge, frame.coarse_blocks);
-    let index = block_index(coarse, frame.coarse_blocks);
-    let any_words = words_of(frame.blocks);
-    if !bit(index, any_words) {
-        return Place(coarse, frame.coarse_edge, false);
+    let state = coarse_state(block_index(coarse, frame.coarse_blocks));
+    var found = Uniform(coarse, frame.coarse_edge, state == 3u);
+    if state == 1u {
+        let block = block_at(p, frame.block_edge, frame.blocks);
+        found = Uniform(block, frame.block_edge, bit(block_index(block, frame.blocks), 0u));
     }
-    if bit(index, any_words + words_of(frame.coarse_blocks)) {
-        return Place(coarse, frame.coarse_edge, true);
-    }
-    let block = block_at(p, frame.block_edge, frame.blocks);
-    return Place(block, frame.block_edge, bit(block_index(block, frame.blocks), 0u));
+    return found;
 }
 
-// The next stretch of blocks that can be visible, from t on: where it begins and ends; empty where none is before t_end.
-fn next_run(ray: Ray, from_t: f32, t_end: f32) -> vec2f {
-    if !SKIP_BLOCKS {
+// Before and behind these nothing is visible along the ray.
+var<private> visible_range: vec2f = vec2f(-1e30, 1e30);
+
+// The next stretch of blocks that can be visible, from t on: where it begins and ends; empty where none is before `end`.
+fn next_run(ray: Ray, begin: f32, end: f32) -> vec2f {
+    let from_t = max(begin, visible_range.x);
+    let t_end = min(end, visible_range.y);
+    if !SKIP_BLOCKS || every_block_is_occupied() {
         return vec2f(from_t, t_end);
     }
-    var begin = t_end;
+    var first = t_end;
     var t = from_t;
     var blocks = 0u;
     while (t < t_end) && (blocks < LONGEST_RUN) {
         let inside = past(ray, t, PAST_FACE);
-        let place = place_at(clamp(position(ray, inside), vec3f(0.0), frame.extent));
-        if place.occupied {
-            begin = min(begin, t);
+        let found = uniform_block_at(clamp(position(ray, inside), vec3f(0.0), frame.extent));
+        if found.occupied {
+            first = min(first, t);
             blocks += 1u;
         } else if blocks > 0u {
             break;
         }
-        t = max(block_exit(ray, place.block, place.edge), inside);
+        t = max(block_exit(ray, found.block, found.edge), inside);
     }
-    return vec2f(begin, min(t, t_end));
+    return vec2f(first, min(t, t_end));
 }

@@ -1,0 +1,227 @@
+//! The passes over finished pixels: pipelines, and drawing with them tile by tile.
+
+use wgpu::util::DeviceExt;
+
+use super::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
+use crate::context::Gpu;
+use crate::error::GpuError;
+use crate::raycast::targets::tiles;
+
+/// A pipeline a pass.
+#[derive(Debug)]
+pub(super) struct Passes {
+    fill: Pass,
+    blur: Pass,
+}
+
+#[derive(Debug)]
+struct Pass {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+}
+
+/// A texture that is drawn into, read by the next pass, and copied from.
+pub(super) fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("finished image"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+impl Passes {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+        let uniform = buffer(wgpu::BufferBindingType::Uniform);
+        let weights = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+        let pixels = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let (color, depth) = (wgpu::TextureFormat::Rgba32Float, wgpu::TextureFormat::R32Float);
+        Self {
+            fill: Pass::new(device, FILL_SHADER, "fill_pixel", [uniform, pixels, pixels], &[color, depth]),
+            blur: Pass::new(device, BLUR_SHADER, "blur_pixel", [uniform, pixels, weights], &[color]),
+        }
+    }
+
+    /// Fills `to`, colours and depths, from a lattice.
+    pub(super) fn fill(
+        &self,
+        gpu: &Gpu,
+        fill: &Fill,
+        from: [&wgpu::Texture; 2],
+        to: [&wgpu::Texture; 2],
+    ) -> Result<(), GpuError> {
+        let group = gpu.checked("filling in pixels", || {
+            let fill = uniform(gpu, bytemuck::bytes_of(fill));
+            let [colors, depths] = from.map(view);
+            let views = [&colors, &depths].map(wgpu::BindingResource::TextureView);
+            let [colors, depths] = views;
+            self.fill.bind(gpu, [fill.as_entire_binding(), colors, depths])
+        })?;
+        self.fill.draw(gpu, "filling in pixels", &group, &to, 8.0)
+    }
+
+    /// Blurs colours along one axis.
+    pub(super) fn blur(
+        &self,
+        gpu: &Gpu,
+        blur: &Blur,
+        weights: &[f32],
+        from: &wgpu::Texture,
+        to: &wgpu::Texture,
+    ) -> Result<(), GpuError> {
+        let group = gpu.checked("blurring", || {
+            let weights = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("weights"),
+                contents: bytemuck::cast_slice(weights),
+                usage: wgpu::BufferUsages::STORAGE,
+            });
+            let blur = uniform(gpu, bytemuck::bytes_of(blur));
+            let sharp = view(from);
+            let sharp = wgpu::BindingResource::TextureView(&sharp);
+            self.blur.bind(gpu, [blur.as_entire_binding(), sharp, weights.as_entire_binding()])
+        })?;
+        self.blur.draw(gpu, "blurring", &group, &[to], 2.0 * weights.len() as f64)
+    }
+}
+
+fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
+    gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("pass"),
+        contents,
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
+}
+
+impl Pass {
+    fn new(
+        device: &wgpu::Device,
+        source: &str,
+        entry_point: &str,
+        types: [wgpu::BindingType; 3],
+        formats: &[wgpu::TextureFormat],
+    ) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(entry_point),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
+            .zip(types)
+            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty,
+                count: None,
+            })
+            .collect();
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(entry_point),
+            entries: &entries,
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(entry_point),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let targets: Vec<Option<wgpu::ColorTargetState>> =
+            formats.iter().map(|f| Some((*f).into())).collect();
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(entry_point),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("whole_image"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { layout, pipeline }
+    }
+
+    fn bind(&self, gpu: &Gpu, resources: [wgpu::BindingResource; 3]) -> wgpu::BindGroup {
+        let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+
+    /// Draws into every pixel of `to`, of which each costs about so many `fetches`.
+    fn draw(
+        &self,
+        gpu: &Gpu,
+        what: &str,
+        group: &wgpu::BindGroup,
+        to: &[&wgpu::Texture],
+        fetches: f64,
+    ) -> Result<(), GpuError> {
+        let size = [to[0].width(), to[0].height()];
+        let views: Vec<wgpu::TextureView> = to.iter().map(|t| view(t)).collect();
+        for (i, tile) in tiles(size, fetches, gpu.adapter().software).iter().enumerate() {
+            let load =
+                if i == 0 { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+            let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
+            let attachments: Vec<Option<wgpu::RenderPassColorAttachment>> = views
+                .iter()
+                .map(|view| {
+                    Some(wgpu::RenderPassColorAttachment {
+                        view,
+                        depth_slice: None,
+                        resolve_target: None,
+                        ops,
+                    })
+                })
+                .collect();
+            gpu.checked(what, || {
+                let mut encoder =
+                    gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                {
+                    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                        label: Some("finish"),
+                        color_attachments: &attachments,
+                        ..wgpu::RenderPassDescriptor::default()
+                    });
+                    pass.set_pipeline(&self.pipeline);
+                    pass.set_bind_group(0, group, &[]);
+                    pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
+                    pass.draw(0..3, 0..1);
+                }
+                gpu.queue().submit([encoder.finish()]);
+            })?;
+        }
+        Ok(())
+    }
+}
