@@ -65,7 +65,9 @@ impl GpuClassification {
         let (bits, blocks) = packed(&occupancy);
         let upload = |label, contents: &[u8]| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
         // Bricks that become visible are uploaded now, not while a frame waits for them.
-        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), false);
+        // A pre-integrated step depends on the values at both its ends, one of which may lie in a block beside a visible one.
+        let margin = scene.settings().pre_integration;
+        let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), margin);
         drop(volume.resident(gpu, source, wanted.as_ref())?);
         let notices = volume.notices();
         let (table, occupied) = gpu.checked("the transfer function's table", || {

@@ -176,18 +176,38 @@ fn expected(scene: &Scene, events: &[Event], x: u32, y: u32, crossing: Crossing)
     (events.iter().filter(within).copied().collect(), [near, far])
 }
 
-/// Of layers against events: pixels that differ in their number, and the largest difference of `t` and of normals of the
-/// others, where rays are not nearly along the surface; `t` in parts of the volume's size, or of the ray's way through it.
+/// Of layers against events: pixels that differ in their number; and of the others, where rays are not nearly along the
+/// surface, the largest difference of places, in parts of half the volume's diagonal, and of normals.
 #[derive(Debug, Default)]
 struct Differences {
     other_count: usize,
     crossings: usize,
+    /// How many are further off than rounding makes them: on the plane of the triangle beside the one that the line meets,
+    /// where a rasteriser rounded a corner.
+    beside: usize,
     t: f64,
-    t_of_range: f64,
     normal: f64,
 }
 
-fn differences(scene: &Scene, layers: &[ClipLayer]) -> Differences {
+impl Differences {
+    fn assert_small(&self, what: &str, normal: f64, t: f64) {
+        let pixels = f64::from(SMALL[0] * SMALL[1]);
+        assert!(self.crossings > 150, "{what}: {self:?}");
+        assert!(self.other_count as f64 <= SILHOUETTE * pixels, "{what}: {self:?}");
+        assert!(self.beside as f64 <= SILHOUETTE * self.crossings as f64, "{what}: {self:?}");
+        assert!(self.t <= t && self.normal <= normal, "{what}: {self:?}");
+    }
+}
+
+/// Rounding of f32, in parts of half the volume's diagonal: as in the sweep's tolerance for coincident events.
+const SAME_PLACE: f64 = 4e-6;
+
+/// A corner may be rounded by 1/256 of a pixel, and a pixel is a twentieth of the volume wide; along the ray that is at most
+/// five times as much where its cosine with the surface is 0.2.
+const BESIDE: f64 = 5.0 / 256.0 / 20.0;
+
+/// `rounding`: what else places are rounded by, in parts of the ray's way through the volume.
+fn differences(scene: &Scene, layers: &[ClipLayer], rounding: f64) -> Differences {
     let (width, height) = scene.resolution();
     let leaf = &scene.clip().unwrap().leaves()[0];
     let any: &dyn std::any::Any = leaf.solid.as_ref();
@@ -220,17 +240,15 @@ fn differences(scene: &Scene, layers: &[ClipLayer]) -> Differences {
                     continue;
                 }
                 found.crossings += 1;
-                found.t = found.t.max((t - event.t).abs() / r);
-                found.t_of_range = found.t_of_range.max((t - event.t).abs() / (far - near));
+                let off = (t - event.t).abs();
+                found.t = found.t.max(off / r);
+                found.beside += usize::from(off > SAME_PLACE * r + rounding * (far - near));
                 found.normal = found.normal.max(normal.distance(outward));
             }
         }
     }
     found
 }
-
-/// Rounding of f32, as in the sweep's tolerance for coincident events.
-const SAME_PLACE: f64 = 4e-6;
 
 fn layers_are_the_crossings_of_the_mesh(renderer: &RaycastRenderer) {
     let volume = volume();
@@ -241,15 +259,9 @@ fn layers_are_the_crossings_of_the_mesh(renderer: &RaycastRenderer) {
             let mut scene = scene(&volume, &clip, settings());
             look(&mut scene, how);
             render(renderer, &scene).unwrap();
-            let layers = renderer.peeled_layers(&scene).unwrap();
-            let found = differences(&scene, &layers);
-            let pixels = f64::from(SMALL[0] * SMALL[1]);
-            println!("{name}, view {how}: {} layers, {found:?}", layers.len());
-            assert!(found.crossings > 300, "{name}, view {how}: {found:?}");
-            assert!(found.other_count as f64 <= SILHOUETTE * pixels, "{name}, view {how}: {found:?}");
-            assert!(found.t < SAME_PLACE, "{name}, view {how}: {found:?}");
+            let found = differences(&scene, &renderer.peeled_layers(&scene).unwrap(), 0.0);
             // Normals are kept in twice 16 bits.
-            assert!(found.normal < 1e-3, "{name}, view {how}: {found:?}");
+            found.assert_small(&format!("{name}, view {how}"), 1e-3, BESIDE);
         }
     }
 }
@@ -363,10 +375,10 @@ fn half_precision_is_off_by_its_bound(renderer: &RaycastRenderer) {
             let mut scene = scene(&volume, &clip, half());
             look(&mut scene, how);
             let (image, statistics) = render(renderer, &scene).unwrap();
-            let found = differences(&scene, &renderer.peeled_layers(&scene).unwrap());
-            println!("{name}, view {how}, 16 bits: {found:?}");
-            assert!(found.t_of_range <= 1.0 / 4096.0, "{name}, view {how}: {found:?}");
-            assert!(found.normal < 4e-3, "{name}, view {how}: {found:?}");
+            // Twice what rounding to the nearest is off by: adapters may round towards zero.
+            let rounding = 1.0 / 4096.0;
+            let found = differences(&scene, &renderer.peeled_layers(&scene).unwrap(), rounding);
+            found.assert_small(&format!("{name}, view {how}, 16 bits"), 4e-3, BESIDE + 2.0 * rounding);
             assert_eq!(statistics.clip.repaired, 0);
             assert_close(&format!("{name}, 16 bits"), &reference::render(&scene), &image, CLIPPED);
         }
@@ -389,7 +401,7 @@ fn plates(count: usize) -> TriangleMesh {
 
 fn peeling_goes_on_until_next_to_nothing_is_left(renderer: &RaycastRenderer) {
     let volume = volume();
-    let clip = Clip::everything().probe(object(1, plates(20), pose(&volume, 0.5)));
+    let clip = Clip::everything().probe(object(1, plates(20), pose(&volume, 0.3)));
     let scene = scene(&volume, &clip, settings());
     renderer.set_peeling(PeelSettings { tolerance: 1.0 });
     let first = render(renderer, &scene).unwrap().1.clip;
@@ -407,7 +419,7 @@ fn peeling_goes_on_until_next_to_nothing_is_left(renderer: &RaycastRenderer) {
 fn more_layers_than_there_can_be_are_refused(renderer: &RaycastRenderer) {
     let volume = volume();
     renderer.set_peeling(PeelSettings { tolerance: 0.0 });
-    let clip = Clip::everything().probe(object(1, plates(150), pose(&volume, 0.5)));
+    let clip = Clip::everything().probe(object(1, plates(150), pose(&volume, 0.3)));
     let error = render(renderer, &scene(&volume, &clip, settings())).unwrap_err();
     assert!(matches!(error, GpuError::TooManyLayers { .. }), "{error}");
     assert!(error.to_string().contains("--clip-events lists"), "{error}");

@@ -9,7 +9,7 @@ use cutaway_core::reference;
 use cutaway_core::scene::{Engine, Scene};
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
 use cutaway_gpu::context::{AdapterChoice, adapters};
-use cutaway_gpu::raycast::PreparedVolume;
+use cutaway_gpu::raycast::{self, PreparedVolume};
 use cutaway_gpu::{Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer};
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
@@ -36,6 +36,7 @@ pub(crate) struct Counts {
     segments: Option<u64>,
     repaired_lines: Option<u64>,
     skipped_fraction: Option<f64>,
+    clip_ms: Option<f64>,
     gpu_bytes: Option<u64>,
 }
 
@@ -47,7 +48,7 @@ impl From<Statistics> for Counts {
             segments: Some(s.segments),
             repaired_lines: Some(s.repaired),
             skipped_fraction: Some(s.skipped_fraction),
-            gpu_bytes: None,
+            ..Self::default()
         }
     }
 }
@@ -58,6 +59,8 @@ impl From<cutaway_gpu::Statistics> for Counts {
             samples: Some(s.samples),
             rays: Some(s.rays),
             segments: Some(s.segments),
+            repaired_lines: Some(s.clip.repaired),
+            clip_ms: Some(s.clip.milliseconds),
             gpu_bytes: Some(s.gpu_bytes),
             ..Self::default()
         }
@@ -109,7 +112,7 @@ impl<'a> Session<'a> {
                 (Running::Reference { pool }, 0.0, 0.0)
             }
             Engine::Cpu => cpu.start(&scene)?,
-            Engine::Raycast => start_raycast(&scene, args.gpu.as_deref(), false)?,
+            Engine::Raycast => start_raycast(&scene, args.gpu.as_deref(), false, verbosity)?,
             Engine::Auto => start_auto(&scene, args.gpu.as_deref(), cpu, verbosity)?,
         };
         let load_ms = prepared.loaded.load_ms;
@@ -172,7 +175,7 @@ impl<'a> Session<'a> {
             load_ms: self.load_ms,
             prepare_ms: self.prepare_ms,
             classify_ms: self.classify_ms,
-            clip_ms: 0.0,
+            clip_ms: frame.clip_ms.unwrap_or(0.0),
             frame_ms: FrameTimes::of(times),
             samples: frame.samples,
             rays: frame.rays,
@@ -208,7 +211,12 @@ impl OnGpu {
     }
 }
 
-fn start_raycast(scene: &Scene, name: Option<&str>, chosen_by_itself: bool) -> Result<Started, GpuError> {
+fn start_raycast(
+    scene: &Scene,
+    name: Option<&str>,
+    chosen_by_itself: bool,
+    verbosity: Verbosity,
+) -> Result<Started, GpuError> {
     let started = Instant::now();
     let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
     let renderer = RaycastRenderer::new(&Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })?)?;
@@ -216,6 +224,8 @@ fn start_raycast(scene: &Scene, name: Option<&str>, chosen_by_itself: bool) -> R
     let prepare_ms = milliseconds(started);
     let classified = Instant::now();
     let classification = renderer.classify(&volume, scene)?;
+    raycast::notices(scene.settings()).iter().for_each(|notice| verbosity.notice(notice));
+    volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
     let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself };
     Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
 }
@@ -231,7 +241,7 @@ fn start_auto(
     if !real {
         return cpu.start(scene);
     }
-    match start_raycast(scene, name, true) {
+    match start_raycast(scene, name, true, verbosity) {
         Ok(started) => Ok(started),
         Err(error @ GpuError::UnknownAdapter { .. }) => Err(error.into()),
         Err(error) => {

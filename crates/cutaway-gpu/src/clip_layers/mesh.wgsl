@@ -56,7 +56,8 @@ fn crossing_of(corner: Corner, point: vec3f, direction: vec3f) -> f32 {
     let places = vec3f(dot(a, direction), dot(b, direction), dot(c, direction)) / square;
     let nearest = min(places.x, min(places.y, places.z));
     let farthest = max(places.x, max(places.y, places.z));
-    let normal = cross(b - a, c - a);
+    // Of the corners as they are: differences of what has been moved by the point would be rounded as the point is.
+    let normal = cross(corner.b - corner.a, corner.c - corner.a);
     let slope = dot(normal, direction);
     let on_plane = dot(normal, a) / select(slope, 1.0, slope == 0.0);
     return clamp(select(on_plane, nearest, slope == 0.0), nearest, farthest);

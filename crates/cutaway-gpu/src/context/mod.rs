@@ -79,6 +79,7 @@ impl Gpu {
         let lost = Arc::new(OnceLock::new());
         let tell = lost.clone();
         device.set_device_lost_callback(move |_, reason| {
+            let reason = if reason.is_empty() { "its device was closed".to_owned() } else { reason };
             // The first reason is the cause; later ones follow from it.
             let _ = tell.set(reason);
         });

@@ -8,7 +8,6 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::{DAffine3, DVec3};
 use cutaway_core::scene::Scene;
 use cutaway_mesh::TriangleMesh;
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -276,11 +275,11 @@ impl Upload {
         gpu.checked("a mesh", || Self {
             count: corners.len() as u32,
             // A buffer of no bytes cannot be bound.
-            corners: gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("opaque geometry"),
-                contents: if corners.is_empty() { &[0; 36] } else { bytemuck::cast_slice(&corners) },
-                usage: wgpu::BufferUsages::VERTEX,
-            }),
+            corners: gpu.buffer(
+                "opaque geometry",
+                if corners.is_empty() { &[0; 36] } else { bytemuck::cast_slice(&corners) },
+                wgpu::BufferUsages::VERTEX,
+            ),
             view: uniform(gpu, bytemuck::bytes_of(&view)),
             paint: uniform(gpu, bytemuck::bytes_of(&paint)),
         })
@@ -350,11 +349,7 @@ fn target(gpu: &Gpu, size: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Textu
 }
 
 fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
-    gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("opaque geometry"),
-        contents,
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
+    gpu.buffer("opaque geometry", contents, wgpu::BufferUsages::UNIFORM)
 }
 
 fn bind(

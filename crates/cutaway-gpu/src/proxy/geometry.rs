@@ -8,7 +8,6 @@ use super::{Flavour, ProxyOptions};
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
-use wgpu::util::DeviceExt;
 
 /// Units along a side at most: coordinates have 10 bits, and the last one is the far side.
 const MOST_UNITS: u32 = 1023;
@@ -16,9 +15,10 @@ const MOST_UNITS: u32 = 1023;
 /// Cells at most; of larger volumes each is larger.
 const MOST_CELLS: u64 = 1 << 21;
 
-/// Cells along the longest side of a volume: for flavours that draw a surface only, whose faces grow with the square of this,
-/// and for those that draw every cell. With more, the latter have more quads than there is room for.
-const CELLS_ALONG: [u32; 2] = [32, 8];
+/// Cells along the longest side of a volume: for flavours that draw a surface only, whose faces grow with the square of this;
+/// for a fitted contour, which has faces within the surface too; and for those that draw every cell. With more, the latter
+/// have more quads than there is room for.
+const CELLS_ALONG: [u32; 3] = [32, 16, 8];
 
 /// Blocks that a software adapter reads in 100 ms at the least, and a GPU.
 const BLOCKS_AT_ONCE: [u64; 2] = [1 << 22, 1 << 29];
@@ -40,9 +40,12 @@ impl ProxyGrid {
         let blocks_per_unit = blocks.max_element().div_ceil(MOST_UNITS).max(1);
         let per = |n: UVec3, k: u32| UVec3::new(n.x.div_ceil(k), n.y.div_ceil(k), n.z.div_ceil(k));
         let units = per(blocks, blocks_per_unit);
-        // Fitted boxes are glued so seldom that their contour is as good as all of them.
-        let surface = (flavour.glued && !flavour.fitted) || flavour.boundary;
-        let along = blocks.max_element().div_ceil(CELLS_ALONG[usize::from(!surface)]);
+        let along = match flavour {
+            Flavour { boundary: true, .. } | Flavour { glued: true, fitted: false, .. } => CELLS_ALONG[0],
+            Flavour { glued: true, .. } => CELLS_ALONG[1],
+            _ => CELLS_ALONG[2],
+        };
+        let along = blocks.max_element().div_ceil(along);
         let wanted = options.cell_blocks.unwrap_or(along.max(1 + u32::from(flavour.fitted)));
         let mut units_per_cell = wanted.max(1).div_ceil(blocks_per_unit).min(MOST_UNITS);
         let count = |cells: UVec3| cells.as_u64vec3().element_product();
@@ -149,11 +152,11 @@ impl ProxyGeometry {
                     32,
                     storage | wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_SRC,
                 ),
-                counts: gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("proxy counts"),
-                    contents: bytemuck::cast_slice(&counts),
-                    usage: storage | wgpu::BufferUsages::COPY_SRC,
-                }),
+                counts: gpu.buffer(
+                    "proxy counts",
+                    bytemuck::cast_slice(&counts),
+                    storage | wgpu::BufferUsages::COPY_SRC,
+                ),
             }
         })?;
         made.fill(gpu, pipelines, classification)?;
@@ -178,11 +181,8 @@ impl ProxyGeometry {
         for (pipeline, first, groups) in passes.chain([(finish, 0, [1; 3])]) {
             gpu.checked("building the proxy geometry", || {
                 let uniforms = self.grid.uniforms(self.flavour, first);
-                let uniforms = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("proxy build"),
-                    contents: bytemuck::bytes_of(&uniforms),
-                    usage: wgpu::BufferUsages::UNIFORM,
-                });
+                let uniforms =
+                    gpu.buffer("proxy build", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
                 let buffers = [
                     &uniforms,
                     classification.occupied(),

@@ -1,7 +1,5 @@
 //! Nearest and farthest distance of the proxy along each pixel's ray, and where opaque geometry ends it.
 
-use wgpu::util::DeviceExt;
-
 use super::ProxyGeometry;
 use super::pipelines::{DEPTH_FORMAT, ProxyPipelines, RANGE_FORMAT, gathered_format};
 use super::uniforms::{Gathering, LimitsUniforms, ViewUniforms};
@@ -113,13 +111,7 @@ impl RangeTargets {
         let gathering = pipelines.gathering();
         let unit_edge = inputs.proxy.map_or(1.0, ProxyGeometry::unit_edge);
         let view = ViewUniforms::new(inputs.scene, self.size, unit_edge, gathering);
-        let uniform = |contents: &[u8]| {
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("proxy frame"),
-                contents,
-                usage: wgpu::BufferUsages::UNIFORM,
-            })
-        };
+        let uniform = |contents: &[u8]| gpu.buffer("proxy frame", contents, wgpu::BufferUsages::UNIFORM);
         let (frame, limits, view_buffer) = gpu.checked("the proxy's view", || {
             let limits = self.limits(inputs, &view, gathering);
             (

@@ -1,7 +1,5 @@
 //! The edges of the proxy's quads, drawn over an image where it does not hide them: to see what rays begin and end at.
 
-use wgpu::util::DeviceExt;
-
 use super::geometry::LINES;
 use super::pipelines::ProxyPipelines;
 use super::ranges::{RangeInputs, pass};
@@ -22,13 +20,7 @@ pub(crate) fn draw(
     let view = ViewUniforms::new(inputs.scene, size, proxy.unit_edge(), pipelines.gathering());
     let view = ViewUniforms { line_color, ..view };
     gpu.checked("drawing the wireframe", || {
-        let uniform = |contents: &[u8]| {
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("wireframe"),
-                contents,
-                usage: wgpu::BufferUsages::UNIFORM,
-            })
-        };
+        let uniform = |contents: &[u8]| gpu.buffer("wireframe", contents, wgpu::BufferUsages::UNIFORM);
         let frame = pipelines.bind_frame(gpu, &uniform(bytemuck::bytes_of(inputs.frame)));
         let group = pipelines.bind_lines(gpu, &uniform(bytemuck::bytes_of(&view)), proxy.quads(), depths);
         let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -28,6 +28,15 @@ fn value_at(p: vec3f) -> f32 {
     return textureSampleLevel(voxels, voxel_sampler, (p + 0.5) / (frame.extent + 1.0), 0.0).x;
 }
 
+// The field `offset` voxels, one at most, from a position: what gradients are made of. Of the position's brick, for the next
+// one may not be there.
+fn value_beside(p: vec3f, offset: vec3f) -> f32 {
+    if BRICKED {
+        return value_in(place_of(p), offset);
+    }
+    return value_at(p + offset);
+}
+
 // The field `offset` voxels, one at most, from a place in a brick.
 fn value_in(place: Place, offset: vec3f) -> f32 {
     if EXACT_FILTERING {
@@ -124,7 +133,6 @@ fn difference_at(p: vec3f) -> vec3f {
     let y = vec3f(0.0, 1.0, 0.0);
     let z = vec3f(0.0, 0.0, 1.0);
     if BRICKED {
-        // Of one brick: the next one may not be there.
         let place = place_of(p);
         return vec3f(
             value_in(place, x) - value_in(place, -x),

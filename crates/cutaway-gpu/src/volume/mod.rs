@@ -73,6 +73,7 @@ pub(crate) struct Resident<'a> {
 
 impl GpuVolume {
     pub(crate) fn new(gpu: &Gpu, volume: &Volume) -> Result<Self, GpuError> {
+        gpu.alive()?;
         let choices = Texels::choices(volume, gpu);
         let dimensions = volume.dimensions();
         let full = choices.iter().filter(|t| t.rounding(volume) == 0.0);

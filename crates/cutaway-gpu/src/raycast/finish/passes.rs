@@ -1,7 +1,5 @@
 //! The passes over finished pixels: pipelines, and drawing with them tile by tile.
 
-use wgpu::util::DeviceExt;
-
 use super::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -89,11 +87,7 @@ impl Passes {
         to: &wgpu::Texture,
     ) -> Result<(), GpuError> {
         let group = gpu.checked("blurring", || {
-            let weights = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("weights"),
-                contents: bytemuck::cast_slice(weights),
-                usage: wgpu::BufferUsages::STORAGE,
-            });
+            let weights = gpu.buffer("weights", bytemuck::cast_slice(weights), wgpu::BufferUsages::STORAGE);
             let blur = uniform(gpu, bytemuck::bytes_of(blur));
             let sharp = view(from);
             let sharp = wgpu::BindingResource::TextureView(&sharp);
@@ -104,11 +98,7 @@ impl Passes {
 }
 
 fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
-    gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("pass"),
-        contents,
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
+    gpu.buffer("pass", contents, wgpu::BufferUsages::UNIFORM)
 }
 
 impl Pass {

@@ -4,7 +4,6 @@
 use bytemuck::{Pod, Zeroable};
 use cutaway_core::field::vanishing_gradient;
 use cutaway_core::volume::Volume;
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -154,11 +153,7 @@ fn dispatch(
     [x, y, z]: [u32; 3],
 ) {
     let device = gpu.device();
-    let slab = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("slab"),
-        contents: bytemuck::bytes_of(&slab),
-        usage: wgpu::BufferUsages::UNIFORM,
-    });
+    let slab = gpu.buffer("slab", bytemuck::bytes_of(&slab), wgpu::BufferUsages::UNIFORM);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("directions"),
         layout: &pipeline.get_bind_group_layout(0),

@@ -1,7 +1,7 @@
 // The gradient that lights samples: which way it is found is a setting (`cutaway_core::scene::Gradient`).
 
 import package::shared::frame::frame;
-import package::shared::volume::{gradient_at, value_at};
+import package::shared::volume::{gradient_at, value_beside};
 
 // Directions of the gradient in voxel space, one texel a voxel; nothing where it vanishes.
 @group(2) @binding(3) var directions: texture_3d<f32>;
@@ -29,7 +29,7 @@ fn sobel_at(p: vec3f) -> vec3f {
                 let smooth_by = vec3f(0.5) - 0.25 * abs(offset);
                 let weights = offset * smooth_by.yzx * smooth_by.zxy;
                 if any(weights != vec3f(0.0)) {
-                    sum += weights * value_at(p + offset);
+                    sum += weights * value_beside(p, offset);
                 }
             }
         }

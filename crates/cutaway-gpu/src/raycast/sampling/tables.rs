@@ -2,7 +2,6 @@
 
 use cutaway_core::preintegration::Preintegration;
 use cutaway_core::scene::{Mode, Scene};
-use wgpu::util::DeviceExt;
 
 use crate::classification::IndexMap;
 use crate::context::Gpu;
@@ -43,13 +42,7 @@ impl GpuPreintegration {
         } else {
             bytemuck::cast_slice(&unlit)
         };
-        let upload = |label, contents| {
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
-        };
+        let upload = |label, contents| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
         let (bins, integrals) = gpu.checked("the tables of pre-integrated steps", || {
             (upload("bins", bytemuck::cast_slice(table.bins())), upload("integrals", integrals))
         })?;
