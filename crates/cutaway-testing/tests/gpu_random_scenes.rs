@@ -13,7 +13,7 @@ use cutaway_core::reference;
 use cutaway_core::scene::{Gradient, ImageInterpolation, RenderSettings, Sampling};
 use cutaway_gpu::RaycastRenderer;
 use cutaway_testing::engines::raycast;
-use cutaway_testing::gpus::{fallback_sets, renderer, there_is_an_adapter};
+use cutaway_testing::gpus::{fallback_sets, renderer, small_textures, there_is_an_adapter};
 use cutaway_testing::random_scenes::RandomScene;
 use libtest_mimic::{Arguments, Failed, Trial};
 
@@ -80,7 +80,8 @@ fn renderer_of(seed: u64) -> Result<Arc<RaycastRenderer>, Failed> {
         2 => "small textures",
         _ => "all features",
     };
-    let sets = fallback_sets();
+    let mut sets = fallback_sets();
+    sets.push(small_textures());
     let (name, fallbacks) =
         sets.iter().find(|(name, _)| *name == wanted).ok_or("no such set of fallbacks")?;
     Ok(renderer(name, fallbacks)?)
