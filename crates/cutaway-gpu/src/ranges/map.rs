@@ -103,7 +103,7 @@ mod tests {
         let (levels, words) = packed_on_host(&found, map, &texels, u64::MAX);
         assert_eq!((levels.fine, levels.fine_edge, levels.coarse_edge), (UVec3::new(9, 4, 3), 8, 64));
         assert_eq!(words.len() as u64 * 4, levels.range_bytes());
-        assert_eq!(words.last(), Some(&(257 * 250 << 16)));
+        assert_eq!(words.last(), Some(&((257 * 250) << 16)));
         let (levels, words) = packed_on_host(&found, map, &texels, 16);
         assert_eq!((levels.fine, levels.fine_edge, words.len()), (UVec3::new(2, 1, 1), 64, 3));
     }
