@@ -50,6 +50,9 @@ const MODES: [(Mode, bool); 7] = [
     (Mode::Mean, false),
 ];
 
+/// What is checked, by itself.
+type Check = fn() -> Result<(), Failed>;
+
 fn main() {
     let arguments = Arguments::from_args();
     let there = there_is_an_adapter();
@@ -65,7 +68,7 @@ fn main() {
         let test = format!("fallback_{}", name.replace(' ', "_"));
         trials.push(Trial::test(test, move || fallback(name, &fallbacks)).with_ignored_flag(!there));
     }
-    let others: [(&str, fn() -> Result<(), Failed>); 8] = [
+    let others: [(&str, Check); 8] = [
         ("every_curve_and_light", every_curve_and_light),
         ("orthographic_views_and_eyes_inside", orthographic_views_and_eyes_inside),
         ("a_uniform_volume_is_exact_at_any_step", a_uniform_volume_is_exact_at_any_step),

@@ -16,9 +16,12 @@ use libtest_mimic::{Arguments, Failed, Trial};
 
 type Outcome = Result<(), Failed>;
 
+/// What is checked, by itself.
+type Test = fn() -> Outcome;
+
 fn main() {
     let arguments = Arguments::from_args();
-    let tests: [(&str, fn() -> Outcome); 7] = [
+    let tests: [(&str, Test); 7] = [
         ("emission_and_absorption_is_the_same", composite_is_the_same),
         ("every_way_of_sampling_is_the_same", every_way_of_sampling),
         ("projections_are_the_same_with_fewer_samples", projections_are_the_same),
