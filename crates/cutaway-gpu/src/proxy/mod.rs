@@ -7,7 +7,7 @@
 //!
 //! | object | made | when |
 //! |---|---|---|
-//! | [`ProxyGeometry`] | boxes of cells, then quads and the arguments of their draw, on the device | once an occupancy and flavour |
+//! | `ProxyGeometry` | boxes of cells, then quads and the arguments of their draw, on the device | once an occupancy and flavour |
 //! | range targets | distances a pixel | for another size |
 //! | a pass over the quads | nearest, farthest | each frame |
 //!
