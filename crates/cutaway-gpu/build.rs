@@ -6,6 +6,8 @@ use wesl::{ManglerKind, ModulePath, Wesl};
 /// Shaders that pipelines are made of, by their paths below `src`.
 const SHADERS: &[&str] = &[
     "raycast::raycast",
+    "ranges::value_ranges",
+    "ranges::occupancy",
     "context::filter",
     "proxy::cells",
     "proxy::view",

@@ -116,7 +116,7 @@ fn wrong_resolutions_are_refused() {
 }
 
 /// The options of the interface that later versions will have.
-const LATER: [&str; 3] = ["--buffer-depth", "--turntable", "--frames"];
+const LATER: [&str; 2] = ["--turntable", "--frames"];
 
 /// A test that knows which of these are there by now, so that none is forgotten in the list and none is ignored.
 #[test]

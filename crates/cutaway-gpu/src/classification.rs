@@ -5,16 +5,15 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cutaway_core::occupancy::Occupancy;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
-use cutaway_core::value_ranges::{BLOCK, ValueRanges};
 
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
-use crate::raycast::{BlockLevels, GpuPreintegration};
+use crate::ranges::{BlockLevels, BlockPipelines, Criterion, GpuRanges, Occupancy, RangeMap};
+use crate::raycast::GpuPreintegration;
 use crate::volume::{GpuVolume, Texels, Wanted};
 
 /// From texels to entries of the table.
@@ -40,9 +39,7 @@ impl IndexMap {
 pub struct GpuClassification {
     table: wgpu::Buffer,
     index_map: IndexMap,
-    occupied: wgpu::Buffer,
-    blocks: BlockLevels,
-    occupied_fraction: f64,
+    occupancy: Occupancy,
     wanted: Option<Arc<Wanted>>,
     notices: Vec<Notice>,
     proxy: Mutex<Option<Arc<ProxyGeometry>>>,
@@ -52,7 +49,8 @@ pub struct GpuClassification {
 impl GpuClassification {
     pub(crate) fn new(
         gpu: &Gpu,
-        ranges: &ValueRanges,
+        pipelines: &BlockPipelines,
+        ranges: &GpuRanges,
         volume: &GpuVolume,
         scene: &Scene,
     ) -> Result<Self, GpuError> {
@@ -61,35 +59,20 @@ impl GpuClassification {
         let table = ClassificationTable::new(function, source.rescale(), source.stored_range());
         let index_map = IndexMap::new(&table, source.stored_range(), volume.texels());
         let entries = entries(&table, scene, volume);
-        let occupancy = occupancy(&table, ranges, scene);
-        let (bits, blocks) = packed(&occupancy);
-        let upload = |label, contents: &[u8]| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
+        let criterion = criterion(&table, index_map, scene, volume);
+        let occupancy = Occupancy::new(gpu, pipelines.occupancy(), ranges, &criterion)?;
         // Bricks that become visible are uploaded now, not while a frame waits for them.
         // A pre-integrated step depends on the values at both its ends, one of which may lie in a block beside a visible one.
         let margin = scene.settings().pre_integration;
         let wanted = volume.wanted(|lo, hi| visible(&table, scene, lo, hi), margin);
         drop(volume.resident(gpu, source, wanted.as_ref())?);
         let notices = volume.notices();
-        let (table, occupied) = gpu.checked("the transfer function's table", || {
-            (
-                upload("table", bytemuck::cast_slice(&entries)),
-                upload("occupancy", bytemuck::cast_slice(&bits)),
-            )
+        let table = gpu.checked("the transfer function's table", || {
+            gpu.buffer("table", bytemuck::cast_slice(&entries), wgpu::BufferUsages::STORAGE)
         })?;
-        let occupied_fraction = occupancy.occupied_fraction();
         let proxy = Mutex::new(None);
         let preintegration = GpuPreintegration::new(gpu, scene, volume)?;
-        Ok(Self {
-            table,
-            index_map,
-            occupied,
-            blocks,
-            occupied_fraction,
-            wanted,
-            notices,
-            proxy,
-            preintegration,
-        })
+        Ok(Self { table, index_map, occupancy, wanted, notices, proxy, preintegration })
     }
 
     /// What of the volume is shown otherwise than it is.
@@ -102,15 +85,15 @@ impl GpuClassification {
         self.wanted.as_ref()
     }
 
-    /// The share of blocks that can be visible, 0..=1.
-    pub fn occupied_fraction(&self) -> f64 {
-        self.occupied_fraction
+    /// The share of blocks that can be visible, 0..=1. The first call waits for the device to have counted them.
+    pub fn occupied_fraction(&self) -> Result<f64, GpuError> {
+        self.occupancy.occupied_fraction()
     }
 
     /// What it takes of the device's memory.
     pub fn bytes(&self) -> u64 {
         let integrals = self.preintegration.as_ref().map_or(0, GpuPreintegration::bytes);
-        self.table.size() + self.occupied.size() + integrals
+        self.table.size() + self.occupied().size() + integrals
     }
 
     pub(crate) fn index_map(&self) -> IndexMap {
@@ -118,7 +101,11 @@ impl GpuClassification {
     }
 
     pub(crate) fn blocks(&self) -> BlockLevels {
-        self.blocks
+        self.occupancy.levels()
+    }
+
+    pub(crate) fn range_map(&self) -> RangeMap {
+        self.occupancy.map()
     }
 
     /// The tables of pre-integrated steps, where the scene asks for them.
@@ -148,7 +135,7 @@ impl GpuClassification {
     }
 
     pub(crate) fn occupied(&self) -> &wgpu::Buffer {
-        &self.occupied
+        self.occupancy.bits()
     }
 }
 
@@ -180,10 +167,6 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
     entries
 }
 
-fn occupancy(table: &ClassificationTable, ranges: &ValueRanges, scene: &Scene) -> Occupancy {
-    Occupancy::new(ranges, |lo, hi| visible(table, scene, lo, hi))
-}
-
 /// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
 /// no block is empty to them.
 fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
@@ -198,24 +181,29 @@ fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool
     }
 }
 
-/// A bit a block: the fine ones, then from a new word on the coarse ones.
-fn packed(occupancy: &Occupancy) -> (Vec<u32>, BlockLevels) {
-    let levels = BlockLevels {
-        fine: occupancy.dimensions(),
-        coarse: occupancy.level1_dimensions(),
-        fine_edge: BLOCK,
-        coarse_edge: BLOCK * BLOCK,
-    };
-    let mut words = Vec::new();
-    let fine = levels.fine.element_product() as usize;
-    let coarse = levels.coarse.element_product() as usize;
-    let mut pack = |count: usize, occupied: &dyn Fn(usize) -> bool| {
-        words.extend((0..count.div_ceil(32)).map(|word| {
-            (word * 32..count.min(word * 32 + 32))
-                .fold(0u32, |bits, i| bits | u32::from(occupied(i)) << (i % 32))
-        }));
-    };
-    pack(fine, &|i| occupancy.level0(i));
-    pack(coarse, &|i| occupancy.level1(i));
-    (words, levels)
+/// What makes a texel visible: the same for the device.
+fn criterion(table: &ClassificationTable, map: IndexMap, scene: &Scene, volume: &GpuVolume) -> Criterion {
+    let settings = scene.settings();
+    let rescale = scene.volume().rescale();
+    let level = |value: &f64| volume.texels().texel(rescale.stored(*value));
+    match settings.mode {
+        _ if settings.space_skipping == SpaceSkipping::Off => Criterion::All,
+        Mode::Composite => Criterion::Entries {
+            visible_before: visible_before(table),
+            offset: map.offset.into(),
+            scale: map.scale.into(),
+        },
+        Mode::Iso => Criterion::Levels(settings.iso.iter().map(level).collect()),
+        _ => Criterion::All,
+    }
+}
+
+/// Of each entry and of the end: how many entries before it are visible.
+fn visible_before(table: &ClassificationTable) -> Vec<u32> {
+    let mut count = 0;
+    let counted = table.entries().iter().map(|entry| {
+        count += u32::from(entry[3] > 0.0);
+        count
+    });
+    std::iter::once(0).chain(counted).collect()
 }

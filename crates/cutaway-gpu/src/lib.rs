@@ -9,6 +9,7 @@
 //! | [`Gpu`] | device, queue, what they can do | once |
 //! | [`RaycastRenderer`] | pipelines | once |
 //! | [`GpuVolume`] | voxels | for another volume |
+//! | ranges | least and greatest value of every block | for another volume |
 //! | [`GpuClassification`] | table, occupancy | on an edit of the transfer function, mode or step |
 //! | targets | the image | for another size |
 //! | uniforms | camera, light | each frame |
@@ -24,6 +25,7 @@ mod error;
 pub mod geometry;
 mod notice;
 pub mod proxy;
+mod ranges;
 pub mod raycast;
 mod volume;
 
@@ -34,7 +36,7 @@ pub use error::GpuError;
 pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
-pub use raycast::{Extras, RaycastRenderer, Statistics};
+pub use raycast::{Extras, FetchCounts, RaycastRenderer, Statistics};
 pub use volume::{GpuVolume, Texels};
 
 #[cfg(test)]

@@ -2,11 +2,14 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+use crate::ranges::{OccupancyTask, RangesTask};
 use crate::raycast::FrameUniforms;
 
 /// All linked shaders by name.
 const SHADERS: &[(&str, &str)] = &[
     ("raycast", crate::raycast::SHADER),
+    ("value_ranges", crate::ranges::RANGES_SHADER),
+    ("occupancy", crate::ranges::OCCUPANCY_SHADER),
     ("filter", crate::context::filter::SHADER),
     ("proxy cells", crate::proxy::CELLS_SHADER),
     ("proxy view", crate::proxy::VIEW_SHADER),
@@ -134,6 +137,46 @@ fn frame_uniforms_match_the_shader() {
             nodes,
             value_sign,
             adaptive_threshold,
+            range_first,
+            range_scale,
+            reserved,
+        }
+    );
+}
+
+#[test]
+fn tasks_of_blocks_match_their_shaders() {
+    assert_layout!(
+        module(crate::ranges::RANGES_SHADER),
+        "RangesTask",
+        RangesTask {
+            dimensions,
+            edge,
+            blocks,
+            first_layer,
+            coarse_blocks,
+            fine_per_coarse,
+            first_texel,
+            scale,
+            reserved,
+        }
+    );
+    assert_layout!(
+        module(crate::ranges::OCCUPANCY_SHADER),
+        "OccupancyTask",
+        OccupancyTask {
+            blocks,
+            first_word,
+            coarse_blocks,
+            fine_per_coarse,
+            entry_offset,
+            entry_scale,
+            entry_last,
+            level_count,
+            criterion,
+            fine_words,
+            coarse_words,
+            end_word,
         }
     );
 }

@@ -16,8 +16,6 @@ pub fn fallback_sets() -> Vec<(&'static str, Fallbacks)> {
         ("without float blending", Fallbacks { without_float_blending: true, ..none.clone() }),
         ("without timestamps", Fallbacks { without_timestamps: true, ..none.clone() }),
         ("sorted ranges", Fallbacks { sorted_ranges: true, ..none.clone() }),
-        // Volumes of more voxels along a side than this are kept in bricks.
-        ("small textures", Fallbacks { max_texture_3d: Some(16), ..none.clone() }),
         ("exact filtering", Fallbacks { filtering: Some(Filtering::Exact), ..none.clone() }),
         (
             "without anything",
@@ -31,6 +29,11 @@ pub fn fallback_sets() -> Vec<(&'static str, Fallbacks)> {
             },
         ),
     ]
+}
+
+/// A device on which most volumes do not fit, so that they are kept in bricks, coarser where they must be.
+pub fn small_textures() -> (&'static str, Fallbacks) {
+    ("small textures", Fallbacks { max_texture_3d: Some(16), ..Fallbacks::default() })
 }
 
 /// Whether there is an adapter at all: where there is none, tests show as ignored.

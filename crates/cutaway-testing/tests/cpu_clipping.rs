@@ -13,7 +13,7 @@ use cutaway_cpu::{CpuRenderer, SimdChoice};
 use cutaway_mesh::EventFinder;
 use cutaway_testing::clips::{ball, clips, middle, object, scene, settings};
 use cutaway_testing::engines::cpu;
-use cutaway_testing::scenes::{SMALL, framed, oblique_noise, soft, uniform};
+use cutaway_testing::scenes::{SMALL, framed, oblique_noise, uniform};
 use cutaway_testing::tolerances::{EXACT, SAME_KERNEL, STEPPED, Tolerance, assert_close};
 
 fn image(scene: &Scene) -> Image {

@@ -13,12 +13,12 @@ use cutaway_core::reference;
 use cutaway_core::scene::{Gradient, ImageInterpolation, RenderSettings, Sampling};
 use cutaway_gpu::RaycastRenderer;
 use cutaway_testing::engines::raycast;
-use cutaway_testing::gpus::{fallback_sets, renderer, there_is_an_adapter};
+use cutaway_testing::gpus::{fallback_sets, renderer, small_textures, there_is_an_adapter};
 use cutaway_testing::random_scenes::RandomScene;
 use libtest_mimic::{Arguments, Failed, Trial};
 
-/// Scenes tried unless the environment says otherwise.
-const SCENES: u64 = 300;
+/// Scenes tried unless the environment says otherwise: on a software adapter most of the time goes into compiling shaders.
+const SCENES: u64 = 100;
 
 /// Failures after which no more scenes are tried.
 const MOST_FAILURES: usize = 8;
@@ -68,19 +68,20 @@ fn random_scenes() -> Result<(), Failed> {
             break;
         }
     }
-    println!("{count} scenes in {:.1} s", began.elapsed().as_secs_f64());
+    println!("{count} scenes, {} failures, in {:.1} s", failures.len(), began.elapsed().as_secs_f64());
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n\n").into()) }
 }
 
 /// Most scenes take the device as it is; some one without anything that can be missing, or with exact values.
 fn renderer_of(seed: u64) -> Result<Arc<RaycastRenderer>, Failed> {
-    let wanted = match seed % 10 {
+    let wanted = match seed % 20 {
         0 => "without anything",
         1 => "exact filtering",
         2 => "small textures",
         _ => "all features",
     };
-    let sets = fallback_sets();
+    let mut sets = fallback_sets();
+    sets.push(small_textures());
     let (name, fallbacks) =
         sets.iter().find(|(name, _)| *name == wanted).ok_or("no such set of fallbacks")?;
     Ok(renderer(name, fallbacks)?)
@@ -95,7 +96,9 @@ fn render(seed: u64, renderer: &RaycastRenderer) -> Result<(), String> {
     if statistics.rays > u64::from(width) * u64::from(height) {
         return Err(format!("{} rays of {width} x {height} pixels", statistics.rays));
     }
-    if made.tame { compare_with_reference(&made, renderer) } else { Ok(()) }
+    // A volume that did not fit was made coarser.
+    let prepared = renderer.prepare(&made.volume).map_err(|e| e.to_string())?;
+    if made.tame && prepared.notices().is_empty() { compare_with_reference(&made, renderer) } else { Ok(()) }
 }
 
 /// No NaN, nothing infinite, no opacity beyond 1, nothing behind the eye.

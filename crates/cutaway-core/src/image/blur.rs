@@ -24,7 +24,7 @@ impl Image {
     #[must_use]
     pub fn blurred(mut self, sigma: f64) -> Self {
         // Not-a-numbers are not above 0, either.
-        if !(sigma > 0.0) {
+        if sigma.is_nan() || sigma <= 0.0 {
             return self;
         }
         let weights = gaussian_weights(sigma.min(LARGEST_SIGMA));

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use cutaway_core::clip::FlatClip;
-use wgpu::util::DeviceExt;
 
 use super::leaf::{Leaf, ROOT, View};
 use super::mesh::{GpuMesh, MeshCache};
@@ -65,11 +64,7 @@ impl GpuClip {
         }
         let upload = |label, contents: &[u8]| {
             let usage = wgpu::BufferUsages::STORAGE;
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
+            gpu.buffer(label, contents, usage)
         };
         let [leaves, gates] = gpu.checked("the clip expression", || {
             [

@@ -7,7 +7,6 @@ use std::sync::{Arc, Weak};
 use cutaway_core::clip::{FlatLeaf, Solid};
 use cutaway_core::glam::{DAffine3, DVec3, Vec3};
 use cutaway_mesh::{MeshSolid, TriangleMesh};
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -61,11 +60,7 @@ impl GpuMesh {
                 // A buffer is never empty.
                 let contents = if contents.is_empty() { &[0; 12] } else { contents };
                 let usage = wgpu::BufferUsages::STORAGE;
-                gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some(label),
-                    contents,
-                    usage,
-                })
+                gpu.buffer(label, contents, usage)
             };
             [
                 upload("vertices of a clip mesh", bytemuck::cast_slice(&positions)),

@@ -31,7 +31,6 @@ use std::time::Instant;
 
 use cutaway_core::clip::{ClipEvents, FlatClip};
 use cutaway_core::scene::Scene;
-use wgpu::util::DeviceExt;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -110,11 +109,7 @@ impl ClipLayers {
             }
         };
         let frame = gpu.checked("a frame's inputs", || {
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("frame"),
-                contents: bytemuck::bytes_of(uniforms),
-                usage: wgpu::BufferUsages::UNIFORM,
-            })
+            gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM)
         })?;
         let of_frame = OfFrame { frame: &frame, clip: &clip, scene, radius: view.radius() };
         // Without a mesh there is nothing to peel, and lists are empty.

@@ -4,7 +4,6 @@ use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
 use cutaway_core::clip::{SegmentCount, SegmentLimit};
-use wgpu::util::DeviceExt;
 
 use super::buffers::SegmentBuffers;
 use super::clip::GpuClip;
@@ -192,11 +191,7 @@ impl Sweep {
             segment_capacity: inputs.segments.capacity(),
             reserved: [0; 2],
         };
-        let uniforms = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("clip sweep"),
-            contents: bytemuck::bytes_of(&uniforms),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let uniforms = gpu.buffer("clip sweep", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
         let segments = inputs.segments;
         let buffers = [
             &uniforms,

@@ -129,7 +129,6 @@ pub(crate) fn all_capabilities() -> Capabilities {
         timestamps: true,
         filtering: None,
         texel_format: None,
-        sorted_ranges: false,
         max_texture_3d: 2048,
         max_texture_2d: 8192,
         max_buffer: 1 << 30,

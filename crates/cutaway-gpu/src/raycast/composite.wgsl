@@ -54,6 +54,7 @@ fn sample(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t: f32, length: f32
     let p = position(ray, middle);
     let entry = classified(value_at(p));
     (*pixel).samples += 1u;
+    (*pixel).taken += 1u;
     if entry.w <= 0.0 {
         return;
     }

@@ -3,6 +3,7 @@
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image with depth, and what it took. A frame goes to
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
+mod fetches;
 mod finish;
 mod pipelines;
 mod readback;
@@ -14,7 +15,6 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
-use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
@@ -27,7 +27,9 @@ use crate::proxy::{
     Flavour, ProxyCounts, ProxyGeometry, ProxyOptions, ProxyPipelines, RangeInputs, RangeTargets,
     draw_wireframe,
 };
+use crate::ranges::{BlockPipelines, GpuRanges};
 use crate::volume::GpuVolume;
+pub use fetches::FetchCounts;
 #[cfg(test)]
 pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
 use finish::{Finisher, Lattice};
@@ -39,7 +41,7 @@ pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
 use sampling::{GpuDirections, SamplingVariant, cost_of_step};
 pub(crate) use targets::tiles;
 use targets::{FORMATS, Targets};
-pub(crate) use uniforms::{BlockLevels, FrameUniforms, RayPlane, off_axis, rays_of};
+pub(crate) use uniforms::{FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
 pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
@@ -53,8 +55,11 @@ pub struct Statistics {
     pub samples: u64,
     /// Stretches of occupied blocks.
     pub segments: u64,
-    /// Bytes on the device: volume, tables, targets, clip.
+    /// Bytes on the device: volume, ranges of blocks, tables, targets, clip.
     pub gpu_bytes: u64,
+    /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1. Isosurfaces have no
+    /// samples to skip: 0.
+    pub skipped_fraction: f64,
     /// What clipping took; nothing where there is none.
     pub clip: ClipStatistics,
 }
@@ -64,6 +69,7 @@ pub struct Statistics {
 pub struct RaycastRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
+    blocks: BlockPipelines,
     targets: Mutex<Option<Targets>>,
     finisher: Finisher,
     clip: Mutex<ClipLayers>,
@@ -86,7 +92,7 @@ pub struct Extras<'a> {
 #[derive(Debug)]
 pub struct PreparedVolume {
     voxels: GpuVolume,
-    ranges: ValueRanges,
+    ranges: GpuRanges,
     /// Made when a scene first asks for them.
     directions: OnceLock<GpuDirections>,
 }
@@ -123,10 +129,12 @@ impl RaycastRenderer {
         let geometry = GeometryPipelines::new(gpu)?;
         let proxy_options = ProxyOptions::default();
         let (targets, ranges, clip) = (Mutex::new(None), Mutex::new(None), Mutex::default());
+        let blocks = BlockPipelines::new(gpu)?;
         let finisher = Finisher::new(gpu)?;
         Ok(Self {
             gpu: gpu.clone(),
             pipelines,
+            blocks,
             targets,
             finisher,
             clip,
@@ -149,16 +157,16 @@ impl RaycastRenderer {
         &self.gpu
     }
 
-    /// Makes a volume ready: uploads it.
+    /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
         let voxels = GpuVolume::new(&self.gpu, volume)?;
-        let ranges = voxels.host_ranges().cloned().unwrap_or_else(|| ValueRanges::new(volume));
+        let ranges = self.blocks.ranges(&self.gpu, &voxels, volume)?;
         Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
     }
 
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
-        GpuClassification::new(&self.gpu, &volume.ranges, &volume.voxels, scene)
+        GpuClassification::new(&self.gpu, &self.blocks, &volume.ranges, &volume.voxels, scene)
     }
 
     /// How far the meshes of clips are peeled, where a scene's `clip_events` say so.
@@ -192,6 +200,29 @@ impl RaycastRenderer {
         extras: &Extras,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
+        let frame = self.frame(volume, classification, scene, extras, progress)?;
+        Ok((frame.image, frame.statistics))
+    }
+
+    /// Renders a frame as [`Self::render`] does, for what each ray of it took.
+    pub fn fetch_counts(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+    ) -> Result<FetchCounts, GpuError> {
+        Ok(self.frame(volume, classification, scene, &Extras::default(), progress)?.fetches)
+    }
+
+    fn frame(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+        progress: &dyn Fn(f32),
+    ) -> Result<readback::Read, GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
         let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -215,12 +246,20 @@ impl RaycastRenderer {
         };
         let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
         let directions = volume.directions(&self.gpu, scene)?;
-        let inputs = Inputs { volume: &volume.voxels, classification, range, directions, segments };
+        let inputs = Inputs {
+            volume: &volume.voxels,
+            classification,
+            blocks: &volume.ranges,
+            range,
+            directions,
+            segments,
+        };
         self.draw(&inputs, scene, &frame, &targets, progress)?;
         self.draw_extras(&found, extras, &targets)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
-        let read = readback::read(&self.gpu, &finished.textures)?;
-        let bytes = volume.voxels.bytes()
+        let mut read = readback::read(&self.gpu, &finished.textures)?;
+        read.statistics.gpu_bytes = volume.voxels.bytes()
+            + volume.ranges.bytes()
             + classification.bytes()
             + targets.bytes()
             + finished.bytes
@@ -230,8 +269,8 @@ impl RaycastRenderer {
             + ranges.as_ref().map_or(0, RangeTargets::bytes);
         *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
-        let statistics = Statistics { gpu_bytes: bytes, clip, ..read.statistics };
-        Ok((read.image, statistics))
+        read.statistics.clip = clip;
+        Ok(read)
     }
 
     /// Draws meshes as the camera of a scene sees them, for [`Self::render_with`].

@@ -12,12 +12,15 @@ use super::{FrameUniforms, SHADER};
 use crate::classification::GpuClassification;
 use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
+use crate::ranges::GpuRanges;
 use crate::volume::{GpuVolume, Resident};
 
 /// What a frame is drawn from.
 pub(crate) struct Inputs<'a> {
     pub(crate) volume: &'a GpuVolume,
     pub(crate) classification: &'a GpuClassification,
+    /// What its blocks hold.
+    pub(crate) blocks: &'a GpuRanges,
     /// Where each ray begins and ends, if not at the volume's box.
     pub(crate) range: Option<&'a wgpu::TextureView>,
     /// Directions of the gradient, where the scene asks for them.
@@ -210,6 +213,7 @@ impl Pipelines {
                 inputs.classification.occupied().as_entire_binding(),
                 inputs.classification.table().as_entire_binding(),
                 wgpu::BindingResource::TextureView(&resident.pages),
+                inputs.blocks.words().as_entire_binding(),
             ],
         );
         let nothing = &self.nothing;
@@ -290,6 +294,7 @@ fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGro
                 view_dimension: wgpu::TextureViewDimension::D3,
                 multisampled: false,
             },
+            words,
         ],
     );
     let image = make("image", &[texture(wgpu::TextureViewDimension::D2, false), words, words]);

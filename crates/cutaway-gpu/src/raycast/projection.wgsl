@@ -1,6 +1,8 @@
 // Projections: the greatest, the least or the mean value over all segments, classified once.
 
 import package::raycast::pixel::Pixel;
+import package::shared::block_ranges::stretch_at;
+import package::shared::blocks::SKIP_BLOCKS;
 import package::shared::classification::classified;
 import package::shared::frame::frame;
 import package::shared::ray::{Ray, position};
@@ -16,6 +18,9 @@ struct Projected {
 
 const NOTHING_PROJECTED = Projected(0.0, 0.0, 1e30);
 
+// Steps that are taken without asking whether they are worth it.
+const MOST_PATIENCE = 64;
+
 // 1 greatest texel, -1 least, 0 mean.
 fn project(
     projected: ptr<function, Projected>,
@@ -27,24 +32,53 @@ fn project(
 ) {
     let step = frame.step_length;
     let steps = i32(ceil((t_far - t_near) / step));
-    for (var i = 0; i < steps; i += 1) {
-        let t = t_near + f32(i) * step;
-        let length = min(step, t_far - t);
-        let middle = t + 0.5 * length;
-        let value = value_at(position(ray, middle));
-        (*pixel).samples += 1u;
-        if kind == 0.0 {
-            (*projected).value += value * length;
-            (*projected).t = min((*projected).t, t_near);
-        } else if (*projected).length == 0.0 || (value - (*projected).value) * kind > 0.0 {
-            (*projected).value = value;
-            (*projected).t = middle;
+    var i = 0;
+    var patience = 1;
+    while i < steps {
+        // Up to here samples are taken, or none is: what is known is not to be outdone in such blocks.
+        var end = steps;
+        if SKIP_BLOCKS && kind != 0.0 {
+            end = i + 1;
+            if (*projected).length > 0.0 {
+                let t = t_near + f32(i) * step;
+                let stretch = stretch_at(ray, t + 0.5 * min(step, t_far - t), kind, (*projected).value);
+                // The first step whose middle is not within the stretch.
+                end = clamp(i32(ceil((stretch.t_end - t_near) / step - 0.5)), i + 1, steps);
+                if !stretch.promising {
+                    i = end;
+                    patience = 1;
+                    continue;
+                }
+                // The longer nothing could be skipped, the later the next attempt: asking costs as much as some samples.
+                end = min(max(end, i + patience), steps);
+                patience = min(patience * 2, MOST_PATIENCE);
+            }
         }
-        (*projected).length += length;
+        for (; i < end; i += 1) {
+            let t = t_near + f32(i) * step;
+            let length = min(step, t_far - t);
+            project_value(projected, ray, kind, t + 0.5 * length, length);
+            (*pixel).samples += 1u;
+            (*pixel).taken += 1u;
+        }
+    }
+    if kind == 0.0 && steps > 0 {
+        (*projected).t = min((*projected).t, t_near);
     }
     if kind != 0.0 && (*projected).t >= t_near && (*projected).t <= t_far {
         close_in(projected, pixel, ray, kind, t_near, t_far);
     }
+}
+
+fn project_value(projected: ptr<function, Projected>, ray: Ray, kind: f32, t: f32, length: f32) {
+    let value = value_at(position(ray, t));
+    if kind == 0.0 {
+        (*projected).value += value * length;
+    } else if (*projected).length == 0.0 || (value - (*projected).value) * kind > 0.0 {
+        (*projected).value = value;
+        (*projected).t = t;
+    }
+    (*projected).length += length;
 }
 
 // The extremum lies between samples: closes in on it from the best one of this segment.

@@ -3,9 +3,9 @@
 
 import package::raycast::composite::composite;
 import package::raycast::isosurface::isosurfaces;
-import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface};
+import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface, packed_counts};
 import package::raycast::sampling::refined::{STEPPING, composite_refined};
-import package::raycast::sampling::steps::set_jitter;
+import package::raycast::sampling::steps::{set_jitter, steps_of};
 import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
 import package::shared::blocks::visible_range;
 import package::shared::face::{Face, face_of};
@@ -29,7 +29,7 @@ struct Output {
     @location(0) color: vec4f,
     // World distance from the eye; 1e30 where nothing is.
     @location(1) depth: f32,
-    // Values of the field that were taken, and stretches of visible blocks.
+    // What the ray took; see `packed_counts`.
     @location(2) counts: vec2u,
 }
 
@@ -55,7 +55,7 @@ fn cast_pixel(@builtin(position) at: vec4f) -> Output {
         cast_ray(&pixel, ray, place, range);
     }
     let depth = select(pixel.depth + ray.base, NO_DEPTH, pixel.depth == NO_DEPTH);
-    return Output(vec4f(pixel.color, 1.0 - pixel.transmittance), depth, vec2u(pixel.samples, pixel.runs));
+    return Output(vec4f(pixel.color, 1.0 - pixel.transmittance), depth, packed_counts(pixel));
 }
 
 // The greatest value is the least texel where the sign turns.
@@ -77,6 +77,10 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
             }
             let t_near = max(piece.t_near, range.x);
             let t_far = min(piece.t_far, range.y);
+            count_steps(pixel, ray, t_near, t_far);
+            if MODE < 2u && (*pixel).transmittance < frame.opaque_below {
+                continue;
+            }
             let face = face_of(ray, piece, FACES_LIT);
             if face.present && frame.overlay > 0.0 {
                 draw_over(pixel, lit(vec3f(1.0), face.terms), face.t);
@@ -84,16 +88,25 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
             if t_near < t_far {
                 cast_segment(pixel, &projected, ray, face, t_near, t_far);
             }
-            if MODE < 2u && (*pixel).transmittance < frame.opaque_below {
-                break;
-            }
         }
     } else {
         let face = Face(false, 0.0, UNLIT, 0.0);
+        count_steps(pixel, ray, range.x, range.y);
         cast_segment(pixel, &projected, ray, face, range.x, range.y);
     }
     if MODE >= 2u {
         finish_projection(projected, projection_kind(), pixel);
+    }
+}
+
+// Steps of a segment, whether they will be taken or not; isosurfaces have none.
+fn count_steps(pixel: ptr<function, Pixel>, ray: Ray, t_near: f32, t_far: f32) {
+    if MODE != 1u && t_near < t_far {
+        var steps = i32(ceil((t_far - t_near) / frame.step_length));
+        if MODE == 0u && STEPPING != 0u {
+            steps = steps_of(ray, t_near, t_far).count;
+        }
+        (*pixel).steps += u32(max(steps, 0));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use cutaway_core::image::Image;
 
-use super::Statistics;
+use super::{FetchCounts, Statistics};
 use crate::context::Gpu;
 use crate::error::GpuError;
 
@@ -10,6 +10,8 @@ use crate::error::GpuError;
 pub(crate) struct Read {
     pub(crate) image: Image,
     pub(crate) statistics: Statistics,
+    /// Texture fetches of every ray.
+    pub(crate) fetches: FetchCounts,
 }
 
 /// Depths from here on mean that nothing is there; see `NO_DEPTH` in the shader.
@@ -18,6 +20,7 @@ const NO_DEPTH: f32 = 1e30;
 /// Copies a frame (colours, depths, and counts, which may be of fewer pixels) to the host and waits for it.
 pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> Result<Read, GpuError> {
     let (width, height) = (colors.width(), colors.height());
+    let counted = [counts.width(), counts.height()];
     let copies = gpu.checked("reading the image", || {
         let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copies = [colors, depths, counts].map(|texture| copy(gpu, &mut encoder, texture));
@@ -34,14 +37,46 @@ pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> 
     for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
         *depth = f32::INFINITY;
     }
-    let mut statistics = Statistics::default();
-    for [samples, runs] in bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes()?) {
-        statistics.rays += u64::from(*samples > 0);
-        statistics.samples += u64::from(*samples);
-        statistics.segments += u64::from(*runs);
-    }
+    let counts: Vec<PixelCounts> =
+        bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes()?).iter().map(PixelCounts::unpacked).collect();
+    let statistics = sum(&counts);
+    let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
     let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
-    Ok(Read { image: image.expect("one pixel a fragment of a size that the scene has checked"), statistics })
+    Ok(Read {
+        image: image.expect("one pixel a fragment of a size that the scene has checked"),
+        statistics,
+        fetches,
+    })
+}
+
+/// What a pixel's ray took: `packed_counts` of `pixel.wgsl`, unpacked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PixelCounts {
+    samples: u32,
+    runs: u32,
+    steps: f64,
+    taken: f64,
+}
+
+impl PixelCounts {
+    fn unpacked(&[counts, steps]: &[u32; 2]) -> Self {
+        let (steps, share) = (f64::from(steps & 0xf_ffff), f64::from(steps >> 20) / 4095.0);
+        Self { samples: counts & 0x3f_ffff, runs: counts >> 22, steps, taken: steps * share }
+    }
+}
+
+fn sum(counts: &[PixelCounts]) -> Statistics {
+    let mut statistics = Statistics::default();
+    let (mut steps, mut taken) = (0.0, 0.0);
+    for c in counts {
+        statistics.rays += u64::from(c.samples > 0);
+        statistics.samples += u64::from(c.samples);
+        statistics.segments += u64::from(c.runs);
+        steps += c.steps;
+        taken += c.taken;
+    }
+    statistics.skipped_fraction = if steps > 0.0 { (1.0 - taken / steps).max(0.0) } else { 0.0 };
+    statistics
 }
 
 /// A texture on its way to the host.
@@ -83,5 +118,20 @@ impl Copy {
             bytes.extend_from_slice(&row[..self.row]);
         }
         Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_come_out_of_their_words() {
+        let counts = PixelCounts::unpacked(&[700 | 5 << 22, 80 | 819 << 20]);
+        assert_eq!(counts, PixelCounts { samples: 700, runs: 5, steps: 80.0, taken: 16.0 });
+        let statistics = sum(&[counts, PixelCounts::unpacked(&[0, 0])]);
+        assert_eq!((statistics.rays, statistics.samples, statistics.segments), (1, 700, 5));
+        assert!((statistics.skipped_fraction - 0.8).abs() < 1e-12);
+        assert_eq!(sum(&[]).skipped_fraction, 0.0);
     }
 }

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::camera::{PixelPlane, RayGenerator};
 use cutaway_core::clip::Impregnation;
 use cutaway_core::field::vanishing_gradient;
-use cutaway_core::glam::{DVec3, UVec3};
+use cutaway_core::glam::DVec3;
 use cutaway_core::scene::{Mode, Scene};
 
 use super::finish::Lattice;
@@ -62,6 +62,9 @@ pub(crate) struct FrameUniforms {
     pub(crate) nodes: u32,
     pub(crate) value_sign: f32,
     pub(crate) adaptive_threshold: f32,
+    pub(crate) range_first: f32,
+    pub(crate) range_scale: f32,
+    pub(crate) reserved: [u32; 2],
 }
 
 impl FrameUniforms {
@@ -170,6 +173,8 @@ impl FrameUniforms {
         let blocks = classification.blocks();
         self.blocks = blocks.fine.to_array();
         self.coarse_blocks = blocks.coarse.to_array();
+        let ranges = classification.range_map();
+        (self.range_first, self.range_scale) = (ranges.first as f32, ranges.scale as f32);
         self.block_edge = blocks.fine_edge as f32;
         self.coarse_edge = blocks.coarse_edge as f32;
     }
@@ -221,15 +226,6 @@ pub(crate) fn off_axis(rays: &RayGenerator, [width, height]: [u32; 2]) -> [f64; 
     let x = middle(first.dot(axes.right), plane.per_x.length(), width);
     let y = middle(-first.dot(axes.up), plane.per_y.length(), height);
     [x, -y]
-}
-
-/// Blocks along each axis, in two levels, and cells along an edge of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct BlockLevels {
-    pub(crate) fine: UVec3,
-    pub(crate) coarse: UVec3,
-    pub(crate) fine_edge: u32,
-    pub(crate) coarse_edge: u32,
 }
 
 fn single(v: DVec3) -> [f32; 3] {

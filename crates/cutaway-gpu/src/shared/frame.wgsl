@@ -74,6 +74,10 @@ struct Frame {
     value_sign: f32,
     // Differences of opacity and colour from which on a step is cut into finer ones.
     adaptive_threshold: f32,
+    // Ranges of blocks are in 65535ths: (texel - first) * scale.
+    range_first: f32,
+    range_scale: f32,
+    reserved: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -24,7 +24,6 @@ mod read;
 mod textures;
 
 use cutaway_core::clip::{BufferDepth, Crossing, SegmentLimit};
-use wgpu::util::DeviceExt;
 
 use super::SWEEP_PEEL_SHADER;
 use super::lists::FrameInputs;
@@ -135,11 +134,8 @@ impl Peeler {
         let (Some(textures), Some(plan)) = (&self.textures, &self.peeled) else { return Ok(()) };
         let meshes = plan.meshes(&self.leaves, textures.depth());
         let source = gpu.checked("layers of clip surfaces", || {
-            let meshes = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("peeled meshes"),
-                contents: bytemuck::cast_slice(&meshes),
-                usage: wgpu::BufferUsages::STORAGE,
-            });
+            let meshes =
+                gpu.buffer("peeled meshes", bytemuck::cast_slice(&meshes), wgpu::BufferUsages::STORAGE);
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.clear_buffer(&inputs.segments.counters, 0, None);
             gpu.queue().submit([encoder.finish()]);

@@ -103,6 +103,7 @@ fn run_by_middles(pixel: ptr<function, Pixel>, ray: Ray, face: Face, steps: Step
     }
     for (var i = begin; i < end; i += 1) {
         let at = step_at(steps, i);
+        (*pixel).taken += 1u;
         if !adaptive {
             add_look(pixel, look(pixel, ray, face, at.middle), at.t, at.length);
         } else {
@@ -137,6 +138,7 @@ const BEYOND = 0.3660254;
 fn preintegrated_run(pixel: ptr<function, Pixel>, ray: Ray, face: Face, steps: Steps, begin: i32, end: i32) {
     for (var i = begin; i < end; i += 1) {
         let at = step_at(steps, i);
+        (*pixel).taken += 1u;
         let t = vec2f(at.t + GAUSS_POINT * at.length, at.t + (1.0 - GAUSS_POINT) * at.length);
         let near = value_at(position(ray, t.x));
         let far = value_at(position(ray, t.y));
