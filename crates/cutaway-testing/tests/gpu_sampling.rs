@@ -208,13 +208,13 @@ fn walls([lo, hi]: [f64; 2]) -> TransferFunction {
 }
 
 fn a_preintegrated_voxel_is_as_good_as_quarters(renderer: &RaycastRenderer) -> Result<(), Failed> {
-    // The steps of neither rise by more than the range of a wall in a quarter of a voxel.
-    let volume = noise();
-    for shade in [false, true] {
+    // A field that bends within a voxel under a function that does not, and the other way round.
+    let (bent, straight) = (noise(), ramp());
+    let cases = [(&bent, soft(bent.value_range())), (&straight, walls(straight.value_range()))];
+    for ((volume, function), shade) in cases.iter().flat_map(|case| [(case, false), (case, true)]) {
         let of = |step, pre_integration| {
             let settings = RenderSettings { pre_integration, early_termination: 1.0, ..at_step(step) };
-            let lighting = Lighting { shade, ..Lighting::default() };
-            framed(&volume, &walls(volume.value_range()), lighting, settings)
+            framed(volume, function, Lighting { shade, ..Lighting::default() }, settings)
         };
         let expected = reference::render(&of(0.25, false));
         let error = |scene: &Scene| compare(&expected, &gpu(renderer, scene)).map(|c| c.rmse);
@@ -232,7 +232,7 @@ fn a_preintegrated_voxel_is_as_good_as_quarters(renderer: &RaycastRenderer) -> R
 }
 
 fn skipping_hides_nothing(renderer: &RaycastRenderer) -> Result<(), Failed> {
-    let volume = oblique_noise(UVec3::new(45, 38, 29), 3);
+    let (noise, ramp) = (oblique_noise(UVec3::new(45, 38, 29), 3), ramp());
     for settings in [
         RenderSettings { pre_integration: true, ..at_step(2.0) },
         RenderSettings { pre_integration: true, jitter: true, ..at_step(0.7) },
@@ -240,14 +240,16 @@ fn skipping_hides_nothing(renderer: &RaycastRenderer) -> Result<(), Failed> {
         RenderSettings { sampling: Sampling::Object, ..at_step(1.0) },
         RenderSettings { jitter: true, ..at_step(3.0) },
     ] {
-        let of = |space_skipping| {
+        let of = |volume: &Volume, space_skipping| {
             let settings = RenderSettings { space_skipping, ..settings.clone() };
-            let lighting = Lighting::default();
-            let image = |scene: &Scene| engines::raycast(scene, renderer);
-            image(&framed(&volume, &walls(volume.value_range()), lighting, settings))
+            let scene = framed(volume, &walls(volume.value_range()), Lighting::default(), settings);
+            engines::raycast(&scene, renderer)
         };
-        let (with, without) = (of(SpaceSkipping::Auto), of(SpaceSkipping::Off));
-        near("skipping", &without.0, &with.0, SAME, SAME)?;
+        let both = |volume: &Volume| (of(volume, SpaceSkipping::Auto), of(volume, SpaceSkipping::Off));
+        let (with, without) = both(&noise);
+        near("skipping in noise", &without.0, &with.0, SAME, SAME)?;
+        let (with, without) = both(&ramp);
+        near("skipping on a ramp", &without.0, &with.0, SAME, SAME)?;
         if with.1.samples >= without.1.samples {
             return Err("nothing was skipped".into());
         }

@@ -88,7 +88,7 @@ fn differ(a: Look, b: Look) -> bool {
 
 fn add_look(pixel: ptr<function, Pixel>, seen: Look, t: f32, length: f32) {
     if seen.depth > 0.0 {
-        absorb(pixel, seen.color, opacity_of(seen.depth * length / frame.step_length), t, length);
+        absorb(pixel, seen.color, seen.depth * length / frame.step_length, t, length);
     }
 }
 
@@ -170,5 +170,12 @@ fn add_integral(pixel: ptr<function, Pixel>, whole: vec4f, at: Step) {
         return;
     }
     let alpha = opacity_of_share(whole.w, at.length / frame.step_length);
-    absorb(pixel, whole.xyz / whole.w, alpha, at.t, at.length);
+    let before = (*pixel).transmittance;
+    let after = before * (1.0 - alpha);
+    (*pixel).color += before * (alpha / whole.w) * whole.xyz;
+    (*pixel).transmittance = after;
+    if before > 0.5 && after <= 0.5 {
+        // As if extinction were constant over the step; see `absorb`.
+        (*pixel).depth = at.t + at.length * min(log(before * 2.0) / log(before / max(after, 1e-30)), 1.0);
+    }
 }
