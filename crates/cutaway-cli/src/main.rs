@@ -1,11 +1,12 @@
 //! `cutaway`: renders volumes and cuts them open.
 //!
 //! Exit codes: 0 done, 1 failed, 2 wrong use. Errors are one line on standard error: what was wrong, where, what to do.
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod args;
 mod clip;
 mod commands;
+mod environment;
 mod load;
 mod outputs;
 mod report;
@@ -20,6 +21,7 @@ use clap::Parser;
 use args::{Cli, Command};
 
 fn main() -> ExitCode {
+    environment::quiet_vulkan_layers();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return unavailable::explain(&error),
