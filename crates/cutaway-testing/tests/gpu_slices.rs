@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use cutaway_core::clip::{Clip, ClipShading, Impregnation, Node};
+use cutaway_core::clip::{Clip, ClipShading, Impregnation};
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::histogram::default_for_mode;
 use cutaway_core::image::Image;
@@ -21,13 +21,13 @@ use cutaway_gpu::{Gpu, GpuError, GpuOptions, SliceRenderer};
 use cutaway_mesh::EventFinder;
 use cutaway_testing::clips::{ball, clips, middle, scene, settings};
 use cutaway_testing::engines::slices;
-use cutaway_testing::gpus::{small_textures, there_is_an_adapter};
+use cutaway_testing::gpus::there_is_an_adapter;
 use cutaway_testing::real::{FILES, SAMPLES, is_there, read};
 use cutaway_testing::scenes::{framed, oblique_noise, point, soft, uniform};
 use libtest_mimic::{Arguments, Failed, Trial};
 
-/// Of real volumes at fine slices: the project's bound for this engine.
-const LARGEST_RMSE: f64 = 0.006;
+/// Of real volumes at fine slices: as for the ray caster; the project allows 0.006.
+const LARGEST_RMSE: f64 = 0.004;
 
 /// A brightening or darkening of any channel.
 const LARGEST_BIAS: f64 = 0.002;
@@ -40,8 +40,9 @@ const LARGEST_SEAM: f64 = 1e-6;
 
 /// Of 16-bit targets: what is blended is rounded to eleven bits, several hundred times.
 const LARGEST_RMSE_OF_HALF: f64 = 0.01;
+const LARGEST_BIAS_OF_HALF: f64 = 0.005;
 
-const SIZE: [u32; 2] = [97, 73];
+const SIZE: [u32; 2] = [67, 45];
 
 const MODES: [Mode; 4] = [Mode::Composite, Mode::Mip, Mode::Minip, Mode::Mean];
 
@@ -76,7 +77,7 @@ fn main() {
         ("what_cannot_be_is_an_error_that_says_so", what_cannot_be_is_an_error_that_says_so),
     ];
     trials.extend(others.map(|(name, test)| {
-        Trial::test(name, move || test(&renderer(Fallbacks::default())?)).with_ignored_flag(!there)
+        Trial::test(name, move || test(renderer(Fallbacks::default())?.as_ref())).with_ignored_flag(!there)
     }));
     trials.push(Trial::test("half_float_targets", half_float_targets).with_ignored_flag(!there));
     trials.push(Trial::test("volumes_in_an_atlas", volumes_in_an_atlas).with_ignored_flag(!there));
@@ -284,9 +285,9 @@ fn clip_surfaces_are_lit_and_overlaid(renderer: &SliceRenderer) -> Result<(), Fa
 /// Bricks take the samples that the volume as one brick takes, cut or not, at steps up to several bricks.
 fn bricks_do_not_show(renderer: &SliceRenderer) -> Result<(), Failed> {
     let volume = oblique_noise(UVec3::new(45, 41, 39), 9);
-    let everything = Clip::from(Node::Volume);
+    let everything = Clip::everything();
     let (_, cut) = clips(&volume).swap_remove(4);
-    for (view, mode, step, clip) in [
+    let views: [(u32, Mode, f64, &Clip); 8] = [
         (0, Mode::Composite, 0.5, &everything),
         (1, Mode::Composite, 0.5, &cut),
         (2, Mode::Composite, 3.0, &everything),
@@ -295,7 +296,8 @@ fn bricks_do_not_show(renderer: &SliceRenderer) -> Result<(), Failed> {
         (5, Mode::Mip, 0.5, &everything),
         (1, Mode::Mean, 0.5, &cut),
         (2, Mode::Mean, 0.7, &everything),
-    ] {
+    ];
+    for (view, mode, step, clip) in views {
         for pre_integration in [false, true] {
             let image = |brick_size| -> Result<Image, Failed> {
                 let settings = RenderSettings {
@@ -460,13 +462,16 @@ fn depths_are_where_opacity_is(renderer: &SliceRenderer) -> Result<(), Failed> {
 fn what_cannot_be_is_an_error_that_says_so(renderer: &SliceRenderer) -> Result<(), Failed> {
     let volume = uniform(UVec3::splat(9), 1.0, DVec3::ONE);
     let prepared = renderer.prepare(&volume)?;
-    let scene_of = |settings| framed(&volume, &soft([0.0, 2.0]), Lighting::default(), settings);
-    let iso = scene_of(RenderSettings { iso: vec![0.5], ..settings(Mode::Iso, &volume) });
+    let iso = RenderSettings { iso: vec![0.5], ..settings(Mode::Iso, &volume) };
+    let iso = framed(&volume, &soft([0.0, 2.0]), Lighting::default(), iso);
     let error = renderer.classify(&prepared, &iso).err().ok_or("isosurfaces are not refused")?;
     if !error.to_string().contains("--engine raycast") {
         return Err(error.into());
     }
-    let fine = scene_of(RenderSettings { step: 1e-7, ..settings(Mode::Composite, &volume) });
+    let volume = uniform(UVec3::splat(9), 1.0, DVec3::new(1.0, 1.0, 1000.0));
+    let prepared = renderer.prepare(&volume)?;
+    let settings = RenderSettings { step: 0.001, ..settings(Mode::Composite, &volume) };
+    let fine = framed(&volume, &soft([0.0, 2.0]), Lighting::default(), settings);
     let classification = renderer.classify(&prepared, &fine)?;
     let error = renderer.render(&prepared, &classification, &fine, &|_| {}).err();
     let text = error.ok_or("too many slices are not refused")?.to_string();
@@ -483,21 +488,29 @@ fn half_float_targets() -> Result<(), Failed> {
         let scene =
             framed(&volume, &soft(volume.value_range()), Lighting::default(), settings(mode, &volume));
         let what = format!("half floats, {}", mode.name());
-        near(&what, &reference::render(&scene), &slices(&scene, &renderer).0, LARGEST_RMSE_OF_HALF)?;
+        let c = compare(&reference::render(&scene), &slices(&scene, &renderer).0)?;
+        println!("{what}: rmse {:.6}, bias {:+.6}, largest {:.4}", c.rmse, bias(&c), c.largest_difference);
+        if c.exceeds(LARGEST_RMSE_OF_HALF) || bias(&c).abs() > LARGEST_BIAS_OF_HALF {
+            return Err(format!("{what}: {c}").into());
+        }
     }
     Ok(())
 }
 
 /// Volumes that do not fit in a texture: where texels lie has nothing to do with what is drawn.
 fn volumes_in_an_atlas() -> Result<(), Failed> {
-    let (_, fallbacks) = small_textures();
+    let fallbacks = Fallbacks { max_texture_3d: Some(40), ..Fallbacks::default() };
     let (small, large) = (renderer(fallbacks)?, renderer(Fallbacks::default())?);
-    let volume = oblique_noise(UVec3::new(29, 27, 12), 2);
+    let volume = oblique_noise(UVec3::new(50, 20, 12), 2);
     for mode in MODES {
         let scene =
             framed(&volume, &soft(volume.value_range()), Lighting::default(), settings(mode, &volume));
+        let prepared = small.prepare(&volume)?;
+        if prepared.voxels().brick_edge().is_none() {
+            return Err("the volume fits in a texture".into());
+        }
         let what = format!("in an atlas, {}", mode.name());
-        near(&what, &slices(&scene, &large).0, &slices(&scene, &small).0, 0.02)?;
+        near(&what, &slices(&scene, &large).0, &slices(&scene, &small).0, 1e-4)?;
     }
     Ok(())
 }

@@ -50,7 +50,9 @@ fn slice_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) ins
     let size = min(vec3f(brick.edge), frame.extent - brick.origin) + 2.0 * margin;
     let planes = Normal(slices.normal, slices.front);
     let p = polygon_corner(planes, depth + slices.offset, origin, size, STRIP[vertex % 6u]);
-    return SlicePoint(slices.clip_from_voxel * vec4f(p, 1.0), vertex / 6u, depth);
+    let at = slices.clip_from_voxel * vec4f(p, 1.0);
+    // Planes lie before the eye, and none is too far.
+    return SlicePoint(vec4f(at.xy, 0.5 * at.w, at.w), vertex / 6u, depth);
 }
 
 // The part of a ray that a plane stands for; empty unless near < far.
