@@ -86,6 +86,10 @@ pub(crate) struct RenderArgs {
     /// Also write the distance to the first visible point: .npy, .exr or .png
     #[arg(long, value_name = "FILE", help_heading = "Picture")]
     pub(crate) depth_output: Option<PathBuf>,
+    /// Show how the raycast engine works: fetches (values taken a pixel, dark blue for none to yellow for the most) or
+    /// wireframe (the proxy geometry that rays begin and end at, over the image)
+    #[arg(long, value_enum, value_name = "WHAT", help_heading = "Picture")]
+    pub(crate) debug: Option<DebugView>,
 
     /// Write timings and counts as JSON; `-` is standard error
     #[arg(long, value_name = "FILE", help_heading = "Report")]
@@ -99,6 +103,13 @@ pub(crate) struct RenderArgs {
     /// Say what was chosen: view, transfer function, timings
     #[arg(short, long, help_heading = "Report")]
     pub(crate) verbose: bool,
+}
+
+/// What is shown instead of a plain image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DebugView {
+    Fetches,
+    Wireframe,
 }
 
 /// Everything that makes a scene, for `render` and `bench frame`.

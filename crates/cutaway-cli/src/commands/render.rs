@@ -33,6 +33,9 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     notice_clip_options(args, &prepared, session.clip_events_home(), verbosity);
     let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;
     let progress = verbosity.progress("rendering");
+    if let Some(view) = args.debug {
+        session.set_debug(view)?;
+    }
     let (image, statistics, frame_ms) = session.frame(&|share| progress.set(share))?;
     drop(progress);
     let image = match background {

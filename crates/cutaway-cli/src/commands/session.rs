@@ -10,11 +10,11 @@ use cutaway_core::scene::{Engine, Scene};
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
 use cutaway_gpu::context::{AdapterChoice, adapters};
 use cutaway_gpu::raycast::{self, PreparedVolume};
-use cutaway_gpu::{Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer};
+use cutaway_gpu::{Extras, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer};
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
-use crate::args::{SceneArgs, Simd};
-use crate::report::Verbosity;
+use crate::args::{DebugView, SceneArgs, Simd};
+use crate::report::{Verbosity, wrong_use};
 use crate::scene::Prepared;
 
 pub(crate) struct Session<'a> {
@@ -37,6 +37,7 @@ pub(crate) struct Counts {
     repaired_lines: Option<u64>,
     skipped_fraction: Option<f64>,
     clip_ms: Option<f64>,
+    gpu_ms: Option<f64>,
     gpu_bytes: Option<u64>,
 }
 
@@ -60,7 +61,9 @@ impl From<cutaway_gpu::Statistics> for Counts {
             rays: Some(s.rays),
             segments: Some(s.segments),
             repaired_lines: Some(s.clip.repaired),
+            skipped_fraction: Some(s.skipped_fraction),
             clip_ms: Some(s.clip.milliseconds),
+            gpu_ms: s.gpu_ms,
             gpu_bytes: Some(s.gpu_bytes),
             ..Self::default()
         }
@@ -80,6 +83,9 @@ enum Running {
     Reference { pool: rayon::ThreadPool },
 }
 
+/// Straight RGB of the proxy geometry's edges: seen against bone, skin and nothing.
+const WIREFRAME: [f32; 3] = [0.1, 0.9, 0.4];
+
 /// The GPU ray caster with a volume made ready.
 struct OnGpu {
     renderer: RaycastRenderer,
@@ -87,6 +93,7 @@ struct OnGpu {
     classification: GpuClassification,
     /// Whether nobody asked for a GPU: the cpu engine may take its place.
     chosen_by_itself: bool,
+    debug: Option<DebugView>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -129,6 +136,24 @@ impl<'a> Session<'a> {
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {
         Ok(self.scene.set_camera(camera)?)
+    }
+
+    /// Shows how the engine works, from the next frame on; an error where it is not the one that can.
+    pub(crate) fn set_debug(&mut self, view: DebugView) -> anyhow::Result<()> {
+        let Running::Raycast(on_gpu) = &mut self.engine else {
+            return Err(wrong_use("--debug shows how the raycast engine works; add --engine raycast"));
+        };
+        let proxy = on_gpu.renderer.proxy_counts(&on_gpu.classification, &self.scene)?;
+        if view == DebugView::Wireframe && proxy.is_none() {
+            return Err(wrong_use(format!(
+                "--debug wireframe shows proxy geometry, of which there is none in {} mode with --space-skipping {}; take \
+                 cells, fitted, boundary, contour or fitted-contour, and composite or iso mode",
+                self.scene.settings().mode.name(),
+                self.scene.settings().space_skipping.name()
+            )));
+        }
+        on_gpu.debug = Some(view);
+        Ok(())
     }
 
     /// Renders a frame; also its time in milliseconds.
@@ -177,6 +202,7 @@ impl<'a> Session<'a> {
             classify_ms: self.classify_ms,
             clip_ms: frame.clip_ms.unwrap_or(0.0),
             frame_ms: FrameTimes::of(times),
+            gpu_ms: frame.gpu_ms,
             samples: frame.samples,
             rays: frame.rays,
             segments: frame.segments,
@@ -207,7 +233,19 @@ impl OnGpu {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, cutaway_gpu::Statistics), GpuError> {
-        self.renderer.render(&self.volume, &self.classification, scene, progress)
+        let (volume, classification) = (&self.volume, &self.classification);
+        match self.debug {
+            None => self.renderer.render(volume, classification, scene, progress),
+            Some(DebugView::Fetches) => {
+                let (counts, statistics) =
+                    self.renderer.fetch_counts(volume, classification, scene, progress)?;
+                Ok((counts.false_color(counts.most()), statistics))
+            }
+            Some(DebugView::Wireframe) => {
+                let extras = Extras { wireframe: Some(WIREFRAME), ..Extras::default() };
+                self.renderer.render_with(volume, classification, scene, &extras, progress)
+            }
+        }
     }
 }
 
@@ -226,7 +264,7 @@ fn start_raycast(
     let classification = renderer.classify(&volume, scene)?;
     raycast::notices(scene.settings()).iter().for_each(|notice| verbosity.notice(notice));
     volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
-    let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself };
+    let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself, debug: None };
     Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
 }
 

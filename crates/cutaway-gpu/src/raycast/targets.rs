@@ -62,6 +62,7 @@ impl Targets {
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         first: bool,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
         let load = if first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
         let attachment = |view| {
@@ -75,6 +76,7 @@ impl Targets {
                 attachment(&self.views[1]),
                 attachment(&self.views[2]),
             ],
+            timestamp_writes,
             ..wgpu::RenderPassDescriptor::default()
         })
     }
