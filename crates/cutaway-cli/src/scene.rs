@@ -235,6 +235,7 @@ fn settings(
     s.clip_events = args.clip.options.clip_events.unwrap_or(s.clip_events);
     s.buffer_depth = args.clip.options.buffer_depth.unwrap_or(s.buffer_depth);
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
+    s.brick_size = args.brick_size.unwrap_or(s.brick_size);
     s.sampling = args.sampling.unwrap_or(s.sampling);
     s.adaptive_threshold = args.adaptive_threshold.or(s.adaptive_threshold);
     s.pre_integration |= args.pre_integration;

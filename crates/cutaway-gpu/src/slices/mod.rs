@@ -38,7 +38,7 @@ use cutaway_core::volume::Volume;
 use crate::bindings::Inputs;
 use crate::classification::{GpuClassification, visible};
 use crate::clip_layers::{ClipLayers, ClipStatistics};
-use crate::context::Gpu;
+use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
@@ -74,6 +74,15 @@ pub struct Statistics {
     pub gpu_bytes: u64,
     /// What clipping took; nothing where there is none.
     pub clip: ClipStatistics,
+    /// Milliseconds of blending on the device's own clock; none where it has no timestamps.
+    pub gpu_ms: Option<f64>,
+}
+
+impl Statistics {
+    /// Triangles that were drawn, some of them without area: four a polygon.
+    pub fn triangles(&self) -> u64 {
+        4 * self.slices
+    }
 }
 
 /// Pipelines on a device.
@@ -85,6 +94,7 @@ pub struct SliceRenderer {
     finisher: Finisher,
     clip: Mutex<ClipLayers>,
     targets: Mutex<Option<(Targets, SliceTargets)>>,
+    stopwatch: Option<Stopwatch>,
 }
 
 /// A volume made ready: on the device, and what is in its blocks.
@@ -125,25 +135,6 @@ impl SliceClassification {
     }
 }
 
-/// What of these settings the slice renderer does without, in words for whoever asked for it.
-pub fn notices(settings: &RenderSettings) -> Vec<String> {
-    let all = [
-        (
-            settings.image_interpolation == ImageInterpolation::Adaptive,
-            "slices cover every pixel: no adaptive image interpolation (a factor, 2 to 16, works)",
-        ),
-        (settings.jitter, "slices are not jittered"),
-        (settings.adaptive_threshold.is_some(), "slices are equally far apart: no adaptive steps"),
-        (settings.sampling == Sampling::Object, "slices lie across the view, not on the planes of voxels"),
-        (
-            settings.mode != Mode::Composite
-                && (settings.pre_integration || settings.gradient != Gradient::default()),
-            "pre-integration and kinds of gradient are of composite mode",
-        ),
-    ];
-    all.into_iter().filter(|(is, _)| *is).map(|(_, notice)| notice.to_owned()).collect()
-}
-
 /// A box to draw: its vertices begin at six times its place in the list.
 struct Drawn {
     instances: Range<u32>,
@@ -161,12 +152,39 @@ impl SliceRenderer {
             finisher: Finisher::new(gpu)?,
             clip: Mutex::default(),
             targets: Mutex::default(),
+            stopwatch: Stopwatch::new(gpu)?,
         })
     }
 
     /// The device.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
+    }
+
+    /// What of these settings it does without or less exactly, in words for whoever asked for it.
+    pub fn notices(&self, settings: &RenderSettings) -> Vec<String> {
+        let composite = settings.mode == Mode::Composite;
+        let all = [
+            (
+                !self.gpu.capabilities().float_blending,
+                "this GPU blends 16-bit floats only: colours are off by up to 0.02, means by up to 3 % of their range",
+            ),
+            (
+                settings.image_interpolation == ImageInterpolation::Adaptive,
+                "slices cover every pixel: no adaptive image interpolation (a factor, 2 to 16, works)",
+            ),
+            (settings.jitter, "slices are not jittered"),
+            (settings.adaptive_threshold.is_some(), "slices are equally far apart: no adaptive steps"),
+            (
+                settings.sampling == Sampling::Object,
+                "slices lie across the view, not on the planes of voxels",
+            ),
+            (
+                !composite && (settings.pre_integration || settings.gradient != Gradient::default()),
+                "pre-integration and kinds of gradient are of composite mode",
+            ),
+        ];
+        all.into_iter().filter(|(is, _)| *is).map(|(_, notice)| notice.to_owned()).collect()
     }
 
     /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
@@ -238,6 +256,7 @@ impl SliceRenderer {
                 + directions.map_or(0, GpuDirections::bytes)
                 + clip_layers.bytes(),
             clip,
+            gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
         };
         *self.targets.lock().unwrap_or_else(PoisonError::into_inner) = Some((targets, blended));
         Ok((without_false_depths(read.image, scene), statistics))
@@ -290,7 +309,9 @@ impl SliceRenderer {
         })?;
         let batches = batches(&drawn, self.fragments_at_once(frame.scene));
         for (i, batch) in batches.iter().enumerate() {
-            self.gpu.checked("drawing slices", || self.blend(&made, &groups, frame, batch, i == 0))?;
+            self.gpu.checked("drawing slices", || {
+                self.blend(&made, &groups, frame, batch, [i == 0, i + 1 == batches.len()])
+            })?;
             progress((i + 1) as f32 / batches.len() as f32);
         }
         self.gpu.checked("the image of slices", || self.develop(&made, &groups, frame.targets))?;
@@ -301,11 +322,19 @@ impl SliceRenderer {
         SAMPLES_AT_ONCE[usize::from(!self.gpu.adapter().software)] / cost_of_step(scene)
     }
 
-    fn blend(&self, made: &Made, groups: &Groups, frame: &Frame, batch: &[(u32, Range<u32>)], first: bool) {
+    fn blend(
+        &self,
+        made: &Made,
+        groups: &Groups,
+        frame: &Frame,
+        batch: &[(u32, Range<u32>)],
+        [first, last]: [bool; 2],
+    ) {
         let mut encoder =
             self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
-            let mut pass = frame.blended.pass(&mut encoder, first);
+            let writes = self.stopwatch.as_ref().and_then(|watch| watch.writes(first, last));
+            let mut pass = frame.blended.pass(&mut encoder, first, writes);
             pass.set_pipeline(&made.slices);
             groups.set(&mut pass, &groups.slices);
             for (brick, instances) in batch {
@@ -319,7 +348,7 @@ impl SliceRenderer {
         let mut encoder =
             self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
-            let mut pass = targets.pass(&mut encoder, true);
+            let mut pass = targets.pass(&mut encoder, true, None);
             pass.set_pipeline(&made.develop);
             groups.set(&mut pass, &groups.blended);
             pass.draw(0..3, 0..1);

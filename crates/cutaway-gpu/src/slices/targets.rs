@@ -123,6 +123,7 @@ impl SliceTargets {
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         first: bool,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
         let load = if first { wgpu::LoadOp::Clear(self.blending.nothing()) } else { wgpu::LoadOp::Load };
         let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
@@ -134,6 +135,7 @@ impl SliceTargets {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("slices"),
             color_attachments: &attachments,
+            timestamp_writes,
             ..wgpu::RenderPassDescriptor::default()
         })
     }
