@@ -99,7 +99,7 @@ fn slices_match_the_shader() {
             spacing,
             wide_margin,
             first_depth,
-            front,
+            sequence,
             last_plane,
             kind,
             length_unit,

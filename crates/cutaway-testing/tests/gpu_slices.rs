@@ -483,11 +483,16 @@ fn what_cannot_be_is_an_error_that_says_so(renderer: &SliceRenderer) -> Result<(
 
 fn half_float_targets() -> Result<(), Failed> {
     let renderer = renderer(Fallbacks { without_float_blending: true, ..Fallbacks::default() })?;
-    let volume = oblique_noise(UVec3::new(37, 25, 19), 11);
-    for mode in MODES {
-        let scene =
-            framed(&volume, &soft(volume.value_range()), Lighting::default(), settings(mode, &volume));
-        let what = format!("half floats, {}", mode.name());
+    let noise = oblique_noise(UVec3::new(37, 25, 19), 11);
+    let head = read("mr-head")?;
+    for (name, volume, mode) in
+        [&noise, &head].iter().zip(["noise", "head"]).flat_map(|(v, name)| MODES.map(|m| (name, *v, m)))
+    {
+        let function =
+            if name == "noise" { soft(volume.value_range()) } else { default_for_mode(volume, mode) };
+        let settings = RenderSettings { step: 0.5, resolution: SIZE, ..settings(mode, volume) };
+        let scene = framed(volume, &function, Lighting { shade: false, ..Lighting::default() }, settings);
+        let what = format!("half floats, {name}, {}", mode.name());
         let c = compare(&reference::render(&scene), &slices(&scene, &renderer).0)?;
         println!("{what}: rmse {:.6}, bias {:+.6}, largest {:.4}", c.rmse, bias(&c), c.largest_difference);
         if c.exceeds(LARGEST_RMSE_OF_HALF) || bias(&c).abs() > LARGEST_BIAS_OF_HALF {

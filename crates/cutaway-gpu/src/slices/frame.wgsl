@@ -14,8 +14,8 @@ struct SliceFrame {
     wide_margin: vec3f,
     // Depth of the nearest plane.
     first_depth: f32,
-    // The corner of boxes that is nearest along the normal.
-    front: u32,
+    // Of the corner of boxes that is nearest along the normal; see `intersection.wgsl`.
+    sequence: u32,
     // The index of the farthest plane, which is drawn first.
     last_plane: u32,
     // 1: the greatest texel is looked for, -1: the least.

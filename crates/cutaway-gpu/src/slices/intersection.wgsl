@@ -5,44 +5,20 @@
 // once, which makes P0, P2 and P4. Between two paths lies one more edge; where the plane cuts it there is P1, P3 or P5, else
 // that is the same as the one before. In this order they are the polygon.
 //
-// `slices/intersection.rs` has the same for the host; a test holds the tables against each other.
+// The paper's tables come in words, four bits an entry: an array that is indexed by a variable would be copied by every
+// vertex. `slices/intersection.rs` has them as the paper does, and the same function for the host; a test holds the words
+// against them.
 
-// For each front corner: the corners V0 to V7 of a box whose corner c is at (c & 1, c >> 1 & 1, c >> 2).
-const SEQUENCE = array<u32, 64>(
-    0u, 1u, 2u, 4u, 5u, 3u, 6u, 7u,
-    1u, 0u, 3u, 5u, 4u, 2u, 7u, 6u,
-    2u, 3u, 0u, 6u, 7u, 1u, 4u, 5u,
-    3u, 2u, 1u, 7u, 6u, 0u, 5u, 4u,
-    4u, 5u, 6u, 0u, 1u, 7u, 2u, 3u,
-    5u, 4u, 7u, 1u, 0u, 6u, 3u, 2u,
-    6u, 7u, 4u, 2u, 3u, 5u, 0u, 1u,
-    7u, 6u, 5u, 3u, 2u, 4u, 1u, 0u,
-);
+// For each corner of the polygon, the four edges that it may lie on, in the order in which they are tried: from the lowest
+// bits on, where an edge begins, and where it ends.
+const EDGES = array<u32, 6>(0x74744110u, 0x74411051u, 0x75755220u, 0x75522062u, 0x76766330u, 0x76633043u);
 
-// For each corner of the polygon: where the edges begin that it may lie on, in the order in which they are tried.
-const EDGE_BEGINS = array<u32, 24>(
-    0u, 1u, 4u, 4u,
-    1u, 0u, 1u, 4u,
-    0u, 2u, 5u, 5u,
-    2u, 0u, 2u, 5u,
-    0u, 3u, 6u, 6u,
-    3u, 0u, 3u, 6u,
-);
-
-// And where they end.
-const EDGE_ENDS = array<u32, 24>(
-    1u, 4u, 7u, 7u,
-    5u, 1u, 4u, 7u,
-    2u, 5u, 7u, 7u,
-    6u, 2u, 5u, 7u,
-    3u, 6u, 7u, 7u,
-    4u, 3u, 6u, 7u,
-);
-
-// Planes across `normal`, which need not have unit length, and the corner of boxes that is nearest along it.
+// Planes across `normal`, which need not have unit length.
 struct Normal {
     normal: vec3f,
-    front: u32,
+    // Of the corner of boxes that is nearest along it: the corners V0 to V7 of a box whose corner c is at
+    // (c & 1, c >> 1 & 1, c >> 2).
+    sequence: u32,
 }
 
 fn box_corner(origin: vec3f, size: vec3f, corner: u32) -> vec3f {
@@ -52,10 +28,12 @@ fn box_corner(origin: vec3f, size: vec3f, corner: u32) -> vec3f {
 // Corner 0 to 5 of the polygon in which the plane of points p with dot(normal, p) = distance cuts a box. A plane beside the
 // box gives one point for all.
 fn polygon_corner(planes: Normal, distance: f32, origin: vec3f, size: vec3f, corner: u32) -> vec3f {
+    let edges = EDGES[corner];
     var begin = vec3f(0.0);
     for (var e = 0u; e < 4u; e += 1u) {
-        begin = box_corner(origin, size, SEQUENCE[planes.front * 8u + EDGE_BEGINS[corner * 4u + e]]);
-        let end = box_corner(origin, size, SEQUENCE[planes.front * 8u + EDGE_ENDS[corner * 4u + e]]);
+        let ends = extractBits(edges, 8u * e, 8u);
+        begin = box_corner(origin, size, extractBits(planes.sequence, 4u * (ends & 15u), 4u));
+        let end = box_corner(origin, size, extractBits(planes.sequence, 4u * (ends >> 4u), 4u));
         // Distances of corners, not of edges: paths then cannot lose the plane between two edges by rounding.
         let near = dot(planes.normal, begin);
         let far = dot(planes.normal, end);

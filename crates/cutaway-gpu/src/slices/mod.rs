@@ -17,7 +17,6 @@
 //! The depth of a composite pixel that is at least half opaque is the *mean* distance of what is seen in it, weighted by how
 //! much of it is seen: blending cannot tell where opacity passes one half. Extreme values have no depth.
 
-#[cfg(test)]
 mod intersection;
 mod octree;
 mod pipelines;

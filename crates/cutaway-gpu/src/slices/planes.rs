@@ -9,6 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::{DMat4, DVec3};
 use cutaway_core::scene::Scene;
 
+use super::intersection::sequence;
 use super::octree::{Brick, Viewpoint};
 use crate::error::GpuError;
 use crate::proxy::clip_from_world;
@@ -25,7 +26,7 @@ pub(crate) struct SliceUniforms {
     pub(crate) spacing: f32,
     pub(crate) wide_margin: [f32; 3],
     pub(crate) first_depth: f32,
-    pub(crate) front: u32,
+    pub(crate) sequence: u32,
     pub(crate) last_plane: u32,
     pub(crate) kind: f32,
     pub(crate) length_unit: f32,
@@ -152,7 +153,7 @@ impl Planes {
             spacing: self.spacing as f32,
             wide_margin: single(self.wide_margin),
             first_depth: self.first_depth as f32,
-            front: front_corner(self.normal),
+            sequence: sequence(front_corner(self.normal)),
             last_plane: self.count.saturating_sub(1),
             kind: kind as f32,
             length_unit: self.length_unit as f32,

@@ -36,8 +36,8 @@ struct SlicePoint {
     @location(1) @interpolate(flat) depth: f32,
 }
 
-// Six corners as a strip of triangles.
-const STRIP = array<u32, 6>(0u, 1u, 5u, 2u, 4u, 3u);
+// Six corners as a strip of triangles: 0 1 5 2 4 3, four bits each.
+const STRIP = 0x342510u;
 
 // Six vertices a slice, from nothing but their number: that of the brick times six, and the corner. Instances are planes,
 // the farthest first.
@@ -48,8 +48,8 @@ fn slice_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) ins
     let margin = select(slices.narrow_margin, slices.wide_margin, brick.cut == 1u);
     let origin = brick.origin - margin;
     let size = min(vec3f(brick.edge), frame.extent - brick.origin) + 2.0 * margin;
-    let planes = Normal(slices.normal, slices.front);
-    let p = polygon_corner(planes, depth + slices.offset, origin, size, STRIP[vertex % 6u]);
+    let planes = Normal(slices.normal, slices.sequence);
+    let p = polygon_corner(planes, depth + slices.offset, origin, size, extractBits(STRIP, 4u * (vertex % 6u), 4u));
     let at = slices.clip_from_voxel * vec4f(p, 1.0);
     // Planes lie before the eye, and none is too far.
     return SlicePoint(vec4f(at.xy, 0.5 * at.w, at.w), vertex / 6u, depth);
