@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn near_misses_are_guessed() {
         assert!(mode("composit").unwrap_err().contains("did you mean `composite`"));
-        assert!(engine("slices").unwrap_err().contains("does not exist in this version"));
+        assert!(engine("cells").unwrap_err().contains("does not exist in this version"));
         assert_eq!(tip("xyz", &["composite"]), "");
     }
 

@@ -239,7 +239,7 @@ pub struct RenderSettings {
     /// Bits of a number in the layers that clip surfaces are peeled into, 16 or 32; for `clip_events` peel only.
     pub buffer_depth: BufferDepth,
     /// Cells along an edge of the bricks that the slice renderer draws or leaves out, a power of two of 8 to 1024; 0: the
-    /// volume is one brick.
+    /// volume is one brick. Larger where there would be more than a million bricks; all sizes give the same image.
     pub brick_size: u32,
 }
 

@@ -8,6 +8,9 @@ use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::value_ranges::{BLOCK, BlockGrid, ValueRanges};
 use rayon::prelude::*;
 
+/// Bricks at the most, drawn or not: of volumes with more, bricks are larger than asked for.
+const MOST_BRICKS: usize = 1 << 20;
+
 /// A cube of cells that is drawn at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Brick {
@@ -80,7 +83,7 @@ impl Octree {
             dimensions: occupied.dimensions,
             blocks: occupied.blocks.iter().map(|&any| Seen { any, all: any }).collect(),
         };
-        while edge < brick {
+        while edge < brick || nodes.blocks.len() > MOST_BRICKS {
             nodes = halved(&nodes);
             // A brick is drawn whole.
             nodes.blocks.iter_mut().for_each(|seen| seen.all = seen.any);
