@@ -135,6 +135,7 @@ impl Origins {
             ("pre_integration", "--pre-integration", args.pre_integration),
             ("image_interpolation", "--image-interpolation", args.image_interpolation.is_some()),
             ("blur", "--blur", args.blur.is_some()),
+            ("brick_size", "--brick-size", args.brick_size.is_some()),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),

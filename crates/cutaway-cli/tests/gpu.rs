@@ -56,6 +56,9 @@ fn slices_show_what_the_cpu_shows() {
         run(folder.path(), "compare gpu.png bricks.png --fail-above 0").succeeds();
     }
     run(folder.path(), &format!("{scene} --iso 0.5 -o x.png")).fails(1, &["isosurfaces", "--engine raycast"]);
+    run(folder.path(), &format!("{scene} --mode mip -o x.png")).succeeds_silently();
+    run(folder.path(), &format!("{scene} --mode mip -o x.png --depth-output d.npy"))
+        .fails(2, &["--depth-output", "--engine raycast"]);
     let jittered = run(folder.path(), &format!("{scene} --jitter -o x.png"));
     assert!(jittered.err.contains("slices are not jittered"), "{}", jittered.err);
 }

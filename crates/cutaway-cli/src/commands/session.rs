@@ -6,7 +6,7 @@ use cutaway_core::camera::Camera;
 use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
-use cutaway_core::scene::{Engine, Scene};
+use cutaway_core::scene::{Engine, Mode, Scene};
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
 use cutaway_gpu::context::{AdapterChoice, adapters};
 use cutaway_gpu::raycast::{self, PreparedVolume};
@@ -158,6 +158,12 @@ impl<'a> Session<'a> {
             Running::Cpu { .. } | Running::Reference { .. } => ClipEventsHome::Cpu,
             Running::Raycast(_) | Running::Slices(_) => ClipEventsHome::Gpu,
         }
+    }
+
+    /// Whether images come with depths.
+    pub(crate) fn knows_depth(&self) -> bool {
+        let extreme = matches!(self.scene.settings().mode, Mode::Mip | Mode::Minip);
+        !(extreme && matches!(self.engine, Running::Slices(_)))
     }
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {

@@ -2,9 +2,9 @@
 //!
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image, and what it took.
 //!
-//! 1. An octree over the volume's blocks ([`octree`]) hands out the bricks of which something is visible, the farthest first.
+//! 1. An octree over the volume's blocks (`octree`) hands out the bricks of which something is visible, the farthest first.
 //! 2. Each brick is one instanced draw of six vertices a plane; the vertex shader finds from their numbers alone where the
-//!    plane cuts the brick ([`intersection`], [`planes`]).
+//!    plane cuts the brick (`intersection`, `planes`).
 //! 3. A fragment stands for the slab around its plane, which is as long as the pixel's ray is in it, cut where the volume or
 //!    what clipping keeps of it ends; it is blended over what lies behind, or into an extreme value or a sum.
 //! 4. A last pass makes the image of what was blended.
