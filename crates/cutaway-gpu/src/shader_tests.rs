@@ -168,6 +168,9 @@ fn frame_uniforms_match_the_shader() {
             adaptive_threshold,
             range_first,
             range_scale,
+            per_block_edge,
+            per_coarse_edge,
+            per_voxels,
             reserved,
         }
     );
