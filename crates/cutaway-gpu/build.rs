@@ -22,6 +22,8 @@ const SHADERS: &[&str] = &[
     "clip_layers::peel",
     "clip_layers::peel_count",
     "clip_layers::sweep_peel",
+    "slices::slices",
+    "slices::develop",
 ];
 
 fn main() {

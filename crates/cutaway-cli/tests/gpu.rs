@@ -38,6 +38,32 @@ fn the_ray_caster_shows_what_the_cpu_shows() {
 }
 
 #[test]
+fn slices_show_what_the_cpu_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = SCENE.replace("raycast", "slices");
+    let line = format!("{scene} -o gpu.png --stats stats.json --depth-output depth.npy");
+    let Some(gpu) = on_a_gpu(folder.path(), &line) else { return };
+    assert_eq!(gpu.succeeds_silently(), "");
+    run(folder.path(), &format!("{} -o cpu.png", SCENE.replace("raycast", "cpu"))).succeeds();
+    run(folder.path(), "compare gpu.png cpu.png --fail-above 0.004").succeeds();
+    let stats = std::fs::read_to_string(folder.path().join("stats.json")).unwrap();
+    let stats: Value = serde_json::from_str(&stats).unwrap();
+    assert_eq!(stats["engine"], "slices");
+    assert!(stats["adapter"].is_string() && stats["samples"].is_null(), "{stats}");
+    assert!(stats["triangles_or_tetrahedra"].as_u64().unwrap() > 100, "{stats}");
+    for brick_size in [0, 8] {
+        run(folder.path(), &format!("{scene} --brick-size {brick_size} -o bricks.png")).succeeds_silently();
+        run(folder.path(), "compare gpu.png bricks.png --fail-above 0").succeeds();
+    }
+    run(folder.path(), &format!("{scene} --iso 0.5 -o x.png")).fails(1, &["isosurfaces", "--engine raycast"]);
+    run(folder.path(), &format!("{scene} --mode mip -o x.png")).succeeds_silently();
+    run(folder.path(), &format!("{scene} --mode mip -o x.png --depth-output d.npy"))
+        .fails(2, &["--depth-output", "--engine raycast"]);
+    let jittered = run(folder.path(), &format!("{scene} --jitter -o x.png"));
+    assert!(jittered.err.contains("slices are not jittered"), "{}", jittered.err);
+}
+
+#[test]
 fn debug_views_show_work_and_proxy() {
     let folder = tempfile::tempdir().unwrap();
     let Some(fetches) = on_a_gpu(folder.path(), &format!("{SCENE} --debug fetches -o fetches.png")) else {

@@ -24,6 +24,8 @@ const SHADERS: &[(&str, &str)] = &[
     ("peel", crate::clip_layers::PEEL_SHADER),
     ("peel_count", crate::clip_layers::PEEL_COUNT_SHADER),
     ("sweep_peel", crate::clip_layers::SWEEP_PEEL_SHADER),
+    ("slices", crate::slices::SHADER),
+    ("develop", crate::slices::DEVELOP_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -80,6 +82,33 @@ fn peeled_meshes_match_the_shader() {
             half,
             reserved,
         }
+    );
+}
+
+#[test]
+fn slices_match_the_shader() {
+    let module = module(crate::slices::SHADER);
+    assert_layout!(
+        module,
+        "SliceFrame",
+        crate::slices::SliceUniforms {
+            clip_from_voxel,
+            normal,
+            offset,
+            narrow_margin,
+            spacing,
+            wide_margin,
+            first_depth,
+            sequence,
+            last_plane,
+            kind,
+            length_unit,
+        }
+    );
+    assert_layout!(
+        module,
+        "Brick",
+        crate::slices::BrickRecord { origin, edge, cut, reserved_x, reserved_y, reserved_z }
     );
 }
 

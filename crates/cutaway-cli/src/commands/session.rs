@@ -6,11 +6,12 @@ use cutaway_core::camera::Camera;
 use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
-use cutaway_core::scene::{Engine, Scene};
+use cutaway_core::scene::{Engine, Mode, Scene};
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
 use cutaway_gpu::context::{AdapterChoice, adapters};
 use cutaway_gpu::raycast::{self, PreparedVolume};
-use cutaway_gpu::{Extras, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer};
+use cutaway_gpu::slices::{self, SliceClassification};
+use cutaway_gpu::{Extras, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer, SliceRenderer};
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
 use crate::args::{DebugView, SceneArgs, Simd};
@@ -39,6 +40,7 @@ pub(crate) struct Counts {
     clip_ms: Option<f64>,
     gpu_ms: Option<f64>,
     gpu_bytes: Option<u64>,
+    triangles: Option<u64>,
 }
 
 impl From<Statistics> for Counts {
@@ -70,6 +72,21 @@ impl From<cutaway_gpu::Statistics> for Counts {
     }
 }
 
+impl From<slices::Statistics> for Counts {
+    fn from(s: slices::Statistics) -> Self {
+        Self {
+            rays: Some(s.rays),
+            repaired_lines: Some(s.clip.repaired),
+            skipped_fraction: Some(s.skipped_fraction),
+            clip_ms: Some(s.clip.milliseconds),
+            gpu_ms: s.gpu_ms,
+            gpu_bytes: Some(s.gpu_bytes),
+            triangles: Some(s.triangles()),
+            ..Self::default()
+        }
+    }
+}
+
 impl From<reference::Statistics> for Counts {
     fn from(s: reference::Statistics) -> Self {
         let (rays, segments, repaired_lines) = (Some(s.rays), Some(s.segments), Some(s.repaired));
@@ -80,6 +97,7 @@ impl From<reference::Statistics> for Counts {
 enum Running {
     Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
     Raycast(Box<OnGpu>),
+    Slices(Box<Sliced>),
     Reference { pool: rayon::ThreadPool },
 }
 
@@ -94,6 +112,13 @@ struct OnGpu {
     /// Whether nobody asked for a GPU: the cpu engine may take its place.
     chosen_by_itself: bool,
     debug: Option<DebugView>,
+}
+
+/// The slice renderer with a volume made ready.
+struct Sliced {
+    renderer: SliceRenderer,
+    volume: slices::PreparedVolume,
+    classification: SliceClassification,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -120,6 +145,7 @@ impl<'a> Session<'a> {
             }
             Engine::Cpu => cpu.start(&scene)?,
             Engine::Raycast => start_raycast(&scene, args.gpu.as_deref(), false, verbosity)?,
+            Engine::Slices => start_slices(&scene, args.gpu.as_deref(), verbosity)?,
             Engine::Auto => start_auto(&scene, args.gpu.as_deref(), cpu, verbosity)?,
         };
         let load_ms = prepared.loaded.load_ms;
@@ -130,8 +156,14 @@ impl<'a> Session<'a> {
     pub(crate) fn clip_events_home(&self) -> ClipEventsHome {
         match &self.engine {
             Running::Cpu { .. } | Running::Reference { .. } => ClipEventsHome::Cpu,
-            Running::Raycast(_) => ClipEventsHome::Gpu,
+            Running::Raycast(_) | Running::Slices(_) => ClipEventsHome::Gpu,
         }
+    }
+
+    /// Whether images come with depths.
+    pub(crate) fn knows_depth(&self) -> bool {
+        let extreme = matches!(self.scene.settings().mode, Mode::Mip | Mode::Minip);
+        !(extreme && matches!(self.engine, Running::Slices(_)))
     }
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {
@@ -173,6 +205,11 @@ impl<'a> Session<'a> {
                 }
                 Err(error) => return Err(error.into()),
             },
+            Running::Slices(on_gpu) => {
+                let Sliced { renderer, volume, classification } = &**on_gpu;
+                let (image, counts) = renderer.render(volume, classification, &self.scene, progress)?;
+                (image, counts.into())
+            }
             Running::Reference { pool } => {
                 let (image, counts) = pool.install(|| reference::render_with_progress(&self.scene, progress));
                 (image, counts.into())
@@ -185,15 +222,17 @@ impl<'a> Session<'a> {
         let (engine, simd, threads) = match &self.engine {
             Running::Cpu { renderer, .. } => ("cpu", Some(renderer.simd()), renderer.threads()),
             Running::Raycast(_) => ("raycast", None, 1),
+            Running::Slices(_) => ("slices", None, 1),
             Running::Reference { pool } => ("reference", None, pool.current_num_threads()),
         };
-        let adapter = match &self.engine {
-            Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu().adapter().name.clone()),
+        let gpu = match &self.engine {
+            Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu()),
+            Running::Slices(on_gpu) => Some(on_gpu.renderer.gpu()),
             _ => None,
         };
         StatisticsFile {
             engine,
-            adapter,
+            adapter: gpu.map(|gpu| gpu.adapter().name.clone()),
             simd,
             threads,
             resolution: self.scene.settings().resolution,
@@ -210,7 +249,7 @@ impl<'a> Session<'a> {
             skipped_fraction: frame.skipped_fraction,
             peak_rss_bytes: peak_rss_bytes(),
             gpu_bytes: frame.gpu_bytes,
-            triangles_or_tetrahedra: None,
+            triangles_or_tetrahedra: frame.triangles,
         }
     }
 }
@@ -256,8 +295,7 @@ fn start_raycast(
     verbosity: Verbosity,
 ) -> Result<Started, GpuError> {
     let started = Instant::now();
-    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
-    let renderer = RaycastRenderer::new(&Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })?)?;
+    let renderer = RaycastRenderer::new(&gpu(name)?)?;
     let volume = renderer.prepare(scene.volume())?;
     let prepare_ms = milliseconds(started);
     let classified = Instant::now();
@@ -266,6 +304,25 @@ fn start_raycast(
     volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
     let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself, debug: None };
     Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
+}
+
+fn start_slices(scene: &Scene, name: Option<&str>, verbosity: Verbosity) -> Result<Started, GpuError> {
+    let started = Instant::now();
+    let renderer = SliceRenderer::new(&gpu(name)?)?;
+    let volume = renderer.prepare(scene.volume())?;
+    let prepare_ms = milliseconds(started);
+    let classified = Instant::now();
+    let classification = renderer.classify(&volume, scene)?;
+    renderer.notices(scene.settings()).iter().for_each(|notice| verbosity.notice(notice));
+    volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
+    let sliced = Sliced { renderer, volume, classification };
+    Ok((Running::Slices(Box::new(sliced)), prepare_ms, milliseconds(classified)))
+}
+
+/// The GPU of this name, or the best one.
+fn gpu(name: Option<&str>) -> Result<Gpu, GpuError> {
+    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
+    Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })
 }
 
 /// A real GPU where there is one; a processor that plays GPU is slower than the cpu engine.

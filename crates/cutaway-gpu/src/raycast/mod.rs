@@ -17,6 +17,7 @@ use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_core::volume::Volume;
 
+use crate::bindings::Inputs;
 use crate::classification::GpuClassification;
 use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::{Gpu, Stopwatch};
@@ -32,15 +33,17 @@ use crate::volume::GpuVolume;
 pub use fetches::FetchCounts;
 #[cfg(test)]
 pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
-use finish::{Finisher, Lattice};
-use pipelines::{Inputs, Pipelines, Variant};
-pub(crate) use sampling::GpuPreintegration;
+pub(crate) use finish::{Finisher, Lattice};
+pub(crate) use pipelines::diffuse_curve;
+use pipelines::{Pipelines, Variant};
+pub(crate) use readback::read;
+use sampling::SamplingVariant;
+pub(crate) use sampling::cost_of_step;
 pub use sampling::notices;
 #[cfg(test)]
 pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
-use sampling::{GpuDirections, SamplingVariant, cost_of_step};
-pub(crate) use targets::tiles;
-use targets::{FORMATS, Targets};
+pub(crate) use sampling::{GpuDirections, GpuPreintegration, SamplingBindings, SamplingInputs};
+pub(crate) use targets::{FORMATS, SAMPLES_AT_ONCE, Targets, tiles};
 pub(crate) use uniforms::{FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
@@ -102,8 +105,20 @@ pub struct PreparedVolume {
 }
 
 impl PreparedVolume {
+    /// Uploads a volume, and finds the ranges of its blocks.
+    pub(crate) fn new(gpu: &Gpu, blocks: &BlockPipelines, volume: &Volume) -> Result<Self, GpuError> {
+        let voxels = GpuVolume::new(gpu, volume)?;
+        let ranges = blocks.ranges(gpu, &voxels, volume)?;
+        Ok(Self { voxels, ranges, directions: OnceLock::new() })
+    }
+
+    /// What its blocks hold.
+    pub(crate) fn ranges(&self) -> &GpuRanges {
+        &self.ranges
+    }
+
     /// Directions of its gradient, where a scene wants them.
-    fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
+    pub(crate) fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
         if !SamplingVariant::of(scene).wants_directions() {
             return Ok(None);
         }
@@ -165,9 +180,7 @@ impl RaycastRenderer {
 
     /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
-        let voxels = GpuVolume::new(&self.gpu, volume)?;
-        let ranges = self.blocks.ranges(&self.gpu, &voxels, volume)?;
-        Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
+        PreparedVolume::new(&self.gpu, &self.blocks, volume)
     }
 
     /// Classifies a prepared volume for a scene.
@@ -352,9 +365,9 @@ impl RaycastRenderer {
         let pipeline = self.pipelines.get(&self.gpu, variant)?;
         // Until all tiles are submitted no other scene may change which bricks are there.
         let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
-        let groups = self
-            .gpu
-            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
+        let groups = self.gpu.checked("a frame's inputs", || {
+            self.pipelines.bindings().bind(&self.gpu, inputs, &resident, frame)
+        })?;
         let tiles =
             tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {

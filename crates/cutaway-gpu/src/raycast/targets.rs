@@ -107,7 +107,7 @@ pub(crate) struct TileRect {
 }
 
 /// Samples that a software adapter takes in 100 ms at the least (shaded, two cores), and a GPU.
-const SAMPLES_AT_ONCE: [f64; 2] = [4e6, 1e9];
+pub(crate) const SAMPLES_AT_ONCE: [f64; 2] = [4e6, 1e9];
 
 /// Tiles of an image whose rays have up to `steps` steps, each small enough for one submission.
 pub(crate) fn tiles([width, height]: [u32; 2], steps: f64, software: bool) -> Vec<TileRect> {

@@ -6,6 +6,7 @@
 
 mod haferburg;
 mod ray_triangle;
+mod rezk_salama;
 mod termeer;
 
 use clap::ValueEnum;
@@ -74,6 +75,7 @@ fn section(section: PaperSection, effort: Effort) -> anyhow::Result<Section> {
         PaperSection::TermeerSoftware => termeer::software(name, effort),
         PaperSection::TermeerImageSize => termeer::image_size(name, effort),
         PaperSection::HaferburgFetches => haferburg::fetches(name, effort),
+        PaperSection::Bricks => rezk_salama::bricks(name, effort),
         PaperSection::RayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
     }
 }
