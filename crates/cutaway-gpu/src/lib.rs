@@ -1,7 +1,7 @@
 //! The GPU renderers.
 //!
 //! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`](cutaway_core::image::Image). [`raycast`]
-//! casts a ray a pixel in a fragment shader; [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
+//! casts a ray a pixel in a fragment shader, [`cells`] projects tetrahedra; [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
 //! among the volume.
 //!
 //! | object | holds | made anew |
@@ -18,6 +18,7 @@
 //! what it imports.
 #![forbid(unsafe_code)]
 
+pub mod cells;
 mod classification;
 mod clip_layers;
 pub mod context;
@@ -29,6 +30,7 @@ mod ranges;
 pub mod raycast;
 mod volume;
 
+pub use cells::{CellOptions, CellRenderer, CellStatistics};
 pub use classification::GpuClassification;
 pub use clip_layers::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};

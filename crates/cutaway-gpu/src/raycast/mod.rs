@@ -32,15 +32,16 @@ use crate::volume::GpuVolume;
 pub use fetches::FetchCounts;
 #[cfg(test)]
 pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
-use finish::{Finisher, Lattice};
+pub(crate) use finish::{Finisher, Lattice};
 use pipelines::{Inputs, Pipelines, Variant};
+pub(crate) use readback::read;
 pub(crate) use sampling::GpuPreintegration;
 pub use sampling::notices;
 #[cfg(test)]
 pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
 use sampling::{GpuDirections, SamplingVariant, cost_of_step};
-pub(crate) use targets::tiles;
-use targets::{FORMATS, Targets};
+use targets::FORMATS;
+pub(crate) use targets::{Targets, tiles};
 pub(crate) use uniforms::{FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
@@ -98,6 +99,18 @@ pub struct PreparedVolume {
 }
 
 impl PreparedVolume {
+    /// Uploads a volume, and finds the ranges of its blocks.
+    pub(crate) fn new(gpu: &Gpu, blocks: &BlockPipelines, volume: &Volume) -> Result<Self, GpuError> {
+        let voxels = GpuVolume::new(gpu, volume)?;
+        let ranges = blocks.ranges(gpu, &voxels, volume)?;
+        Ok(Self { voxels, ranges, directions: OnceLock::new() })
+    }
+
+    /// What its blocks hold.
+    pub(crate) fn ranges(&self) -> &GpuRanges {
+        &self.ranges
+    }
+
     /// Directions of its gradient, where a scene wants them.
     fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
         if !SamplingVariant::of(scene).wants_directions() {
@@ -159,9 +172,7 @@ impl RaycastRenderer {
 
     /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
-        let voxels = GpuVolume::new(&self.gpu, volume)?;
-        let ranges = self.blocks.ranges(&self.gpu, &voxels, volume)?;
-        Ok(PreparedVolume { voxels, ranges, directions: OnceLock::new() })
+        PreparedVolume::new(&self.gpu, &self.blocks, volume)
     }
 
     /// Classifies a prepared volume for a scene.
