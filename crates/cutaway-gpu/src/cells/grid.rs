@@ -54,7 +54,7 @@ pub(super) struct GridBuffers {
 }
 
 /// Blocks along each axis of a grid of so many cells.
-pub(super) fn blocks_of(cells: UVec3) -> UVec3 {
+fn blocks_of(cells: UVec3) -> UVec3 {
     UVec3::new(cells.x.div_ceil(EDGE), cells.y.div_ceil(EDGE), cells.z.div_ceil(EDGE))
 }
 
@@ -90,7 +90,7 @@ impl GridBuffers {
                 blocks,
                 split,
                 projects,
-                ordered: make("blocks in order", count + 1, Usage::empty()),
+                ordered: make("blocks in order", count + 1, Usage::COPY_SRC),
                 kept: make("kept cells", u64::from(chunk) * 512, Usage::empty()),
                 work: make("work", OFFSETS + u64::from(chunk), of_work),
                 list: make("tetrahedra", most, Usage::empty()),
@@ -107,7 +107,7 @@ impl GridBuffers {
         all.iter().map(|b| b.size()).sum()
     }
 
-    /// Draws all tetrahedra; returns how many. `occupied`: blocks that can be visible, which is how many will be found.
+    /// Draws all tetrahedra; returns how many.
     pub(super) fn draw(
         &self,
         drawing: &Drawing,
@@ -133,11 +133,13 @@ impl GridBuffers {
         let basis = gpu.checked("the basis cell", || {
             gpu.buffer("basis", bytemuck::cast_slice(&basis), wgpu::BufferUsages::UNIFORM)
         })?;
-        for first in (0..frame.occupied).step_by(self.chunk as usize) {
-            let count = self.chunk.min(frame.occupied - first);
+        // The one number that the host waits for: how many chunks there are.
+        let occupied = crate::ranges::read_words(gpu, &self.ordered, 0..4)?[0];
+        for first in (0..occupied).step_by(self.chunk as usize) {
+            let count = self.chunk.min(occupied - first);
             let task = SelectTask { first, count, ..task };
             self.draw_chunk(drawing, &steps, &pipeline, &basis, &task)?;
-            progress((first + count) as f32 / frame.occupied as f32);
+            progress((first + count) as f32 / occupied as f32);
         }
         let words = crate::ranges::read_words(gpu, &self.work, 64..68)?;
         Ok(u64::from(words[0]))
@@ -218,8 +220,6 @@ fn compute(
 pub(super) struct GridFrame<'a> {
     pub(super) view: &'a View,
     pub(super) cells: UVec3,
-    /// Blocks that can be visible.
-    pub(super) occupied: u32,
     /// Cells along an edge of the blocks that occupancy is known of.
     pub(super) known_edge: u32,
 }

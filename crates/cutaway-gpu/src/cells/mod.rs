@@ -44,7 +44,7 @@ use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
 use crate::raycast::{Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, Targets, read};
-use grid::{GridBuffers, GridFrame, blocks_of};
+use grid::{GridBuffers, GridFrame};
 use mesh::GpuMesh;
 use pipelines::{Pipelines, Source, Variant, pass};
 use tables::Tables;
@@ -350,7 +350,7 @@ impl CellRenderer {
         drawing.restart();
         let (drawn, bytes) = match &cells.mesh {
             Some(mesh) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
-            None => self.draw_grid(&drawing, &view, cells, classification, draw_all, progress)?,
+            None => self.draw_grid(&drawing, &view, cells, classification, progress)?,
         };
         if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float {
             self.pipelines.widen(gpu, &target, &targets.views()[0])?;
@@ -374,7 +374,6 @@ impl CellRenderer {
         view: &View,
         cells: &PreparedCells,
         classification: &CellClassification,
-        draw_all: bool,
         progress: &dyn Fn(f32),
     ) -> Result<(u64, u64), GpuError> {
         let (split, source) = (self.options.split, drawing.variant.source);
@@ -383,21 +382,8 @@ impl CellRenderer {
             Some(buffers) => buffers,
             None => GridBuffers::new(&self.gpu, cells.cells, split, source)?,
         };
-        let levels = classification.classification.blocks();
-        let all = blocks_of(cells.cells);
-        let all = u64::from(all.x) * u64::from(all.y) * u64::from(all.z);
-        let occupied = if draw_all || levels.fine_edge != 8 {
-            all
-        } else {
-            let share = classification.classification.occupied_fraction()?;
-            (share * levels.fine_count() as f64).round() as u64
-        };
-        let frame = GridFrame {
-            view,
-            cells: cells.cells,
-            occupied: occupied.min(all) as u32,
-            known_edge: levels.fine_edge,
-        };
+        let known_edge = classification.classification.blocks().fine_edge;
+        let frame = GridFrame { view, cells: cells.cells, known_edge };
         let drawn = buffers.draw(drawing, &frame, progress)?;
         let bytes = buffers.bytes();
         *kept = Some(buffers);

@@ -1,12 +1,13 @@
-// The transfer function as the pieces between its points, on each of which opacity and colour are linear, and which of them
+// The transfer function as the pieces between its points, on each of which colour and opacity are linear, and which of them
 // a range of values meets. Values are in bins: 0 to BINS over the volume's range.
 
 import package::cells::view::view;
 
 struct Piece {
-    // Straight colour and opacity per unit distance at both ends.
+    // Straight colour and opacity per unit distance at the lower end.
     low: vec4f,
-    high: vec4f,
+    // How much they rise to the upper end.
+    rise: vec4f,
     // The ends in bins, and 1 / their distance.
     begin: f32,
     end: f32,
@@ -40,6 +41,12 @@ fn pieces_of(lo: f32, hi: f32) -> u32 {
     return first | (last << 16u);
 }
 
-fn at(piece: Piece, value: f32) -> vec4f {
-    return mix(piece.low, piece.high, saturate((value - piece.begin) * piece.inverse));
+// How far into a piece a value is, 0 to 1.
+fn share_of(piece: Piece, value: f32) -> f32 {
+    return saturate((value - piece.begin) * piece.inverse);
+}
+
+// Extinction per unit distance there; the clamp is `MAX_OPACITY`.
+fn extinction_at(piece: Piece, x: f32) -> f32 {
+    return -log(max(1.0 - (piece.low.w + x * piece.rise.w), 1e-6));
 }

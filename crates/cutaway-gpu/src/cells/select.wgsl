@@ -54,9 +54,23 @@ fn block_of(rank: u32) -> vec3u {
     return place_at(vec3u(rank % n.x, (rank / n.x) % n.y, rank / (n.x * n.y)), task.block_pivot, n);
 }
 
+// Occupancy may be known of smaller blocks, or of larger ones.
 fn is_occupied(block: vec3u) -> bool {
-    let known = min(block * 8u / task.known_edge, frame.blocks - 1u);
-    return (view.draw_all == 1u) || bit(block_index(known, frame.blocks), 0u);
+    if view.draw_all == 1u {
+        return true;
+    }
+    let first = block * 8u / task.known_edge;
+    let last = min((block * 8u + 7u) / task.known_edge, frame.blocks - 1u);
+    for (var z = first.z; z <= last.z; z += 1u) {
+        for (var y = first.y; y <= last.y; y += 1u) {
+            for (var x = first.x; x <= last.x; x += 1u) {
+                if bit(block_index(vec3u(x, y, z), frame.blocks), 0u) {
+                    return true;
+                }
+            }
+        }
+    }
+    return false;
 }
 
 var<workgroup> shared_counts: array<u32, 256>;
@@ -177,8 +191,6 @@ fn kept_of(block: vec3u, local: vec3u) -> u32 {
 
 @compute @workgroup_size(64)
 fn count_tetrahedra(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3u) {
-    // Where occupancy is known of larger blocks, the host has asked for more than there are.
-    let inside = task.first + group.x < ordered[0];
     let block = ordered_block(group.x);
     let cells = vec3u(view.cells_x, view.cells_y, view.cells_z);
     for (var i = local; i < 729u; i += 64u) {
@@ -189,10 +201,7 @@ fn count_tetrahedra(@builtin(local_invocation_index) local: u32, @builtin(workgr
     var total = 0u;
     for (var k = 0u; k < 8u; k += 1u) {
         let rank = local * 8u + k;
-        var found = 0u;
-        if inside {
-            found = kept_of(block, cell_in_block(block, rank));
-        }
+        let found = kept_of(block, cell_in_block(block, rank));
         kept[group.x * 512u + rank] = found;
         total += found >> 24u;
     }

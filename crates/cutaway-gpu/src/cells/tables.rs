@@ -22,14 +22,14 @@ const PSI_SIDE: usize = 128;
 const EXPONENTIALS: usize = 256;
 
 /// Pieces that a tetrahedron can name.
-const MOST_PIECES: usize = 65_000;
+const MOST_PIECES: usize = 30_000;
 
 /// As `Piece` in `pieces.wgsl`; a test holds the two against each other.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct Piece {
     pub(crate) low: [f32; 4],
-    pub(crate) high: [f32; 4],
+    pub(crate) rise: [f32; 4],
     pub(crate) begin: f32,
     pub(crate) end: f32,
     pub(crate) inverse: f32,
@@ -127,37 +127,48 @@ fn pieces(function: &TransferFunction, map: BinMap) -> Vec<Piece> {
         resampled = made;
         points = &resampled;
     }
-    let entry =
-        |p: &ControlPoint| [p.color[0] as f32, p.color[1] as f32, p.color[2] as f32, p.opacity as f32];
-    let piece = |low: [f32; 4], high: [f32; 4], begin: f64, end: f64| {
-        let inverse = if end - begin > 1e20 { 0.0 } else { 1.0 / (end - begin) };
-        Piece { low, high, begin: begin as f32, end: end as f32, inverse: inverse as f32, reserved: 0.0 }
-    };
-    let (first, last) = (&points[0], &points[points.len() - 1]);
+    let mut pieces = Vec::new();
     if map.scale == 0.0 {
         let (color, opacity) = function.evaluate(map.first);
-        let all = entry(&ControlPoint { value: map.first, color, opacity });
-        return vec![piece(all, all, -1e30, 1e30)];
+        let all = ControlPoint { value: map.first, color, opacity };
+        add(&mut pieces, [&all, &all], [-1e30, 1e30]);
+        return pieces;
     }
     let descending = map.scale < 0.0;
-    let mut pieces = Vec::new();
-    let mut add = |a: &ControlPoint, b: &ControlPoint, begin: f64, end: f64| {
-        let (low, high, begin, end) = if descending { (b, a, end, begin) } else { (a, b, begin, end) };
-        // What f32 cannot tell apart is a step.
-        if (begin as f32) < (end as f32) {
-            pieces.push(piece(entry(low), entry(high), begin, end));
+    let mut add_in_order = |a: &ControlPoint, b: &ControlPoint, begin: f64, end: f64| {
+        if descending {
+            add(&mut pieces, [b, a], [end, begin]);
+        } else {
+            add(&mut pieces, [a, b], [begin, end]);
         }
     };
+    let (first, last) = (&points[0], &points[points.len() - 1]);
     let far = if descending { 1e30 } else { -1e30 };
-    add(first, first, far, map.bin(first.value));
+    add_in_order(first, first, far, map.bin(first.value));
     for pair in points.windows(2) {
-        add(&pair[0], &pair[1], map.bin(pair[0].value), map.bin(pair[1].value));
+        add_in_order(&pair[0], &pair[1], map.bin(pair[0].value), map.bin(pair[1].value));
     }
-    add(last, last, map.bin(last.value), -far);
-    if descending {
-        pieces.reverse();
-    }
+    add_in_order(last, last, map.bin(last.value), -far);
+    pieces.sort_by(|a, b| a.begin.total_cmp(&b.begin));
     pieces
+}
+
+/// Adds the piece between two points.
+fn add(pieces: &mut Vec<Piece>, [low, high]: [&ControlPoint; 2], [begin, end]: [f64; 2]) {
+    // What f32 cannot tell apart is a step.
+    if (begin as f32) >= (end as f32) {
+        return;
+    }
+    let color = |c: usize| (high.color[c] - low.color[c]) as f32;
+    let inverse = if end - begin > 1e20 { 0.0 } else { 1.0 / (end - begin) };
+    pieces.push(Piece {
+        low: [low.color[0] as f32, low.color[1] as f32, low.color[2] as f32, low.opacity as f32],
+        rise: [color(0), color(1), color(2), (high.opacity - low.opacity) as f32],
+        begin: begin as f32,
+        end: end as f32,
+        inverse: inverse as f32,
+        reserved: 0.0,
+    });
 }
 
 /// Of each bin and of the end: how many before it can be visible, and the first piece that reaches beyond its beginning.
@@ -271,15 +282,16 @@ mod tests {
         let function = TransferFunction::new(points).expect("ordered points");
         for map in [BinMap { first: 0.0, scale: 20.0 }, BinMap { first: 51.2, scale: -20.0 }] {
             let pieces = pieces(&function, map);
-            assert_eq!(pieces.len(), 4);
+            assert!(pieces.len() == 4 && pieces.windows(2).all(|w| w[0].end == w[1].begin));
             for k in 0..=1000 {
                 let value = 0.03 + f64::from(k) * 0.05;
                 let bin = map.bin(value) as f32;
                 let piece = pieces.iter().find(|p| (p.begin..p.end).contains(&bin)).expect("no gap");
                 let w = ((bin - piece.begin) * piece.inverse).clamp(0.0, 1.0);
-                let opacity = piece.low[3] + (piece.high[3] - piece.low[3]) * w;
-                let exact = function.evaluate(value).1;
-                assert!((f64::from(opacity) - exact).abs() < 1e-4, "{value}: {opacity}, {exact}");
+                let opacity = f64::from(piece.low[3] + w * piece.rise[3]);
+                assert!((opacity - function.evaluate(value).1).abs() < 1e-4, "{value}: {opacity}");
+                let gray = f64::from(piece.low[0] + w * piece.rise[0]);
+                assert!((gray - function.evaluate(value).0[0]).abs() < 1e-4);
             }
             let bins = bins(&function, map, &pieces);
             let visible = |lo: f64, hi: f64| {
