@@ -104,10 +104,11 @@ fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String
 }
 
 pub(crate) fn engine(text: &str) -> Result<Engine, String> {
-    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Reference].map(|e| (e.name(), e));
-    if matches!(text, "slices" | "cells") {
+    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Cells, Engine::Reference];
+    let all = all.map(|e| (e.name(), e));
+    if text == "slices" {
         return Err(format!(
-            "the engine `{text}` does not exist in this version; choose from auto, cpu, raycast, reference"
+            "the engine `{text}` does not exist in this version; choose from auto, cpu, raycast, cells, reference"
         ));
     }
     named(text, "engine", &all)

@@ -91,7 +91,14 @@ fn papers_are_sections_of_rows() {
     let names: Vec<&str> = sections.iter().map(|s| s["name"].as_str().unwrap()).collect();
     assert_eq!(
         names,
-        ["termeer-software", "termeer-image-size", "haferburg-fetches", "termeer-ray-triangle"]
+        [
+            "termeer-software",
+            "termeer-image-size",
+            "haferburg-fetches",
+            "termeer-ray-triangle",
+            "maximo-regular",
+            "maximo-unstructured"
+        ]
     );
     for section in sections {
         has_keys(section, &["name", "paper", "paper_says", "measured", "rows"]);

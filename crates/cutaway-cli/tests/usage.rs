@@ -132,7 +132,7 @@ fn options_that_do_not_exist_yet_are_refused_by_name() {
             run(folder.path(), &format!("{RENDER} {form}")).fails(2, &[&says]);
         }
     }
-    for engine in ["slices", "cells"] {
+    for engine in ["slices"] {
         for form in [format!("--engine {engine}"), format!("--engine={engine}")] {
             run(folder.path(), &format!("{RENDER} {form}"))
                 .fails(2, &[engine, "does not exist in this version"]);

@@ -62,6 +62,8 @@ pub enum Engine {
     Cpu,
     /// The GPU ray caster.
     Raycast,
+    /// Projected tetrahedra, blended on the GPU: grids, and unstructured grids, which no other engine takes.
+    Cells,
     /// The slow, exact renderer that the others are held against.
     Reference,
 }
@@ -73,6 +75,7 @@ impl Engine {
             Self::Auto => "auto",
             Self::Cpu => "cpu",
             Self::Raycast => "raycast",
+            Self::Cells => "cells",
             Self::Reference => "reference",
         }
     }

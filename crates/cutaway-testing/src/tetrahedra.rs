@@ -2,8 +2,8 @@
 //! are put in order, and each is integrated in small steps in double precision. What the cell renderer is held against.
 
 use cutaway_core::camera::Ray;
-use cutaway_core::glam::{DMat3, DVec3, DVec4};
 use cutaway_core::field::vanishing_gradient;
+use cutaway_core::glam::{DMat3, DVec3, DVec4};
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_core::tetrahedra::TetrahedralMesh;

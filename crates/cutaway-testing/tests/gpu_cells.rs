@@ -203,9 +203,12 @@ fn small_scene(volume: &Volume, shade: bool) -> Scene<'_> {
 fn every_view_split_and_integral_agree() -> Result<(), Failed> {
     let volume = oblique_noise(UVec3::new(37, 25, 19), 11);
     for split in [Split::Five, Split::Six] {
-        for (integral, exponential_table) in
-            [(CellIntegral::Exact, false), (CellIntegral::Partial, false), (CellIntegral::Partial, true), (CellIntegral::Average, true)]
-        {
+        for (integral, exponential_table) in [
+            (CellIntegral::Exact, false),
+            (CellIntegral::Partial, false),
+            (CellIntegral::Partial, true),
+            (CellIntegral::Average, true),
+        ] {
             let options = CellOptions { split, integral, exponential_table, ..CellOptions::default() };
             let renderer = renderer(options, &Fallbacks::default())?;
             for turn in 0..4 {
@@ -241,7 +244,12 @@ fn a_linear_field_is_exact() -> Result<(), Failed> {
             camera.orthographic = Some(8.0);
         }
         scene.set_camera(camera)?;
-        near(&format!("linear, parallel {parallel}"), &reference::render(&scene), &drawn(&renderer, &scene)?.0, SAME_FIELD)?;
+        near(
+            &format!("linear, parallel {parallel}"),
+            &reference::render(&scene),
+            &drawn(&renderer, &scene)?.0,
+            SAME_FIELD,
+        )?;
     }
     Ok(())
 }

@@ -7,14 +7,18 @@ use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
 use cutaway_core::scene::{Engine, Scene};
+use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
+use cutaway_gpu::cells::{CellClassification, PreparedCells};
 use cutaway_gpu::context::{AdapterChoice, adapters};
 use cutaway_gpu::raycast::{self, PreparedVolume};
-use cutaway_gpu::{Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer};
+use cutaway_gpu::{
+    CellOptions, CellRenderer, CellStatistics, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer,
+};
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
 use crate::args::{SceneArgs, Simd};
-use crate::report::Verbosity;
+use crate::report::{Verbosity, wrong_use};
 use crate::scene::Prepared;
 
 pub(crate) struct Session<'a> {
@@ -38,6 +42,19 @@ pub(crate) struct Counts {
     skipped_fraction: Option<f64>,
     clip_ms: Option<f64>,
     gpu_bytes: Option<u64>,
+    tetrahedra: Option<u64>,
+}
+
+impl From<CellStatistics> for Counts {
+    fn from(s: CellStatistics) -> Self {
+        Self {
+            repaired_lines: Some(s.clip.repaired),
+            clip_ms: Some(s.clip.milliseconds),
+            gpu_bytes: Some(s.gpu_bytes),
+            tetrahedra: Some(s.drawn),
+            ..Self::default()
+        }
+    }
 }
 
 impl From<Statistics> for Counts {
@@ -77,6 +94,7 @@ impl From<reference::Statistics> for Counts {
 enum Running {
     Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
     Raycast(Box<OnGpu>),
+    Cells(Box<InCells>),
     Reference { pool: rayon::ThreadPool },
 }
 
@@ -87,6 +105,13 @@ struct OnGpu {
     classification: GpuClassification,
     /// Whether nobody asked for a GPU: the cpu engine may take its place.
     chosen_by_itself: bool,
+}
+
+/// The cell renderer with a volume or an unstructured grid made ready.
+struct InCells {
+    renderer: CellRenderer,
+    cells: PreparedCells,
+    classification: CellClassification,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +131,16 @@ impl<'a> Session<'a> {
     ) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
         let cpu = CpuChoice { threads: args.threads, simd: args.simd };
+        let mesh = prepared.loaded.mesh.as_ref();
         let (engine, prepare_ms, classify_ms) = match scene.settings().engine {
+            Engine::Cells => start_cells(&scene, mesh, args.gpu.as_deref(), verbosity)?,
+            Engine::Auto if mesh.is_some() => start_cells(&scene, mesh, args.gpu.as_deref(), verbosity)?,
+            engine if mesh.is_some() => {
+                let (file, engine) = (&prepared.loaded.name, engine.name());
+                return Err(wrong_use(format!(
+                    "{file} is an unstructured grid, which the {engine} engine does not render; take `--engine cells`"
+                )));
+            }
             Engine::Reference => {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
                 (Running::Reference { pool }, 0.0, 0.0)
@@ -123,7 +157,7 @@ impl<'a> Session<'a> {
     pub(crate) fn clip_events_home(&self) -> ClipEventsHome {
         match &self.engine {
             Running::Cpu { .. } | Running::Reference { .. } => ClipEventsHome::Cpu,
-            Running::Raycast(_) => ClipEventsHome::Gpu,
+            Running::Raycast(_) | Running::Cells(_) => ClipEventsHome::Gpu,
         }
     }
 
@@ -148,6 +182,11 @@ impl<'a> Session<'a> {
                 }
                 Err(error) => return Err(error.into()),
             },
+            Running::Cells(c) => {
+                let (image, counts) =
+                    c.renderer.render(&c.cells, &c.classification, &self.scene, progress)?;
+                (image, counts.into())
+            }
             Running::Reference { pool } => {
                 let (image, counts) = pool.install(|| reference::render_with_progress(&self.scene, progress));
                 (image, counts.into())
@@ -160,10 +199,12 @@ impl<'a> Session<'a> {
         let (engine, simd, threads) = match &self.engine {
             Running::Cpu { renderer, .. } => ("cpu", Some(renderer.simd()), renderer.threads()),
             Running::Raycast(_) => ("raycast", None, 1),
+            Running::Cells(_) => ("cells", None, 1),
             Running::Reference { pool } => ("reference", None, pool.current_num_threads()),
         };
         let adapter = match &self.engine {
             Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu().adapter().name.clone()),
+            Running::Cells(in_cells) => Some(in_cells.renderer.gpu().adapter().name.clone()),
             _ => None,
         };
         StatisticsFile {
@@ -184,7 +225,7 @@ impl<'a> Session<'a> {
             skipped_fraction: frame.skipped_fraction,
             peak_rss_bytes: peak_rss_bytes(),
             gpu_bytes: frame.gpu_bytes,
-            triangles_or_tetrahedra: None,
+            triangles_or_tetrahedra: frame.tetrahedra,
         }
     }
 }
@@ -228,6 +269,28 @@ fn start_raycast(
     volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
     let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself };
     Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
+}
+
+fn start_cells(
+    scene: &Scene,
+    mesh: Option<&TetrahedralMesh>,
+    name: Option<&str>,
+    verbosity: Verbosity,
+) -> Result<Started, GpuError> {
+    let started = Instant::now();
+    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
+    let gpu = Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })?;
+    let renderer = CellRenderer::new(&gpu, CellOptions::default())?;
+    let cells = match mesh {
+        Some(mesh) => renderer.prepare_mesh(mesh)?,
+        None => renderer.prepare(scene.volume())?,
+    };
+    let prepare_ms = milliseconds(started);
+    let classified = Instant::now();
+    let classification = renderer.classify(&cells, scene)?;
+    cells.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
+    let in_cells = InCells { renderer, cells, classification };
+    Ok((Running::Cells(Box::new(in_cells)), prepare_ms, milliseconds(classified)))
 }
 
 /// A real GPU where there is one; a processor that plays GPU is slower than the cpu engine.

@@ -55,13 +55,19 @@ pub(super) fn read(file: &str, bytes: &[u8], options: &TetrahedraReadOptions) ->
                 let kind = r.word("a kind of data set")?;
                 if !kind.eq_ignore_ascii_case("UNSTRUCTURED_GRID") {
                     let found = format!("the data set is of kind {}", quoted(kind));
-                    return Err(Error::Unsupported { file: file.to_owned(), found, supported: "unstructured grids" });
+                    return Err(Error::Unsupported {
+                        file: file.to_owned(),
+                        found,
+                        supported: "unstructured grids",
+                    });
                 }
             }
             "POINTS" => {
                 let n = r.count("points")?;
                 let numbers = r.array::<f64>(n, 3, "points")?;
-                points = Some(numbers.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect::<Vec<_>>());
+                points = Some(
+                    numbers.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect::<Vec<_>>(),
+                );
             }
             "CELLS" => cells = Some(r.cells()?),
             "CELL_TYPES" => {
@@ -95,7 +101,11 @@ pub(super) fn read(file: &str, bytes: &[u8], options: &TetrahedraReadOptions) ->
                     let kind = r.word("a type of numbers")?;
                     if kind.eq_ignore_ascii_case("string") {
                         let found = format!("an array of strings ({})", quoted(&name));
-                        return Err(Error::Unsupported { file: file.to_owned(), found, supported: "numbers" });
+                        return Err(Error::Unsupported {
+                            file: file.to_owned(),
+                            found,
+                            supported: "numbers",
+                        });
                     }
                     let kind = r.named(kind)?;
                     let values = r.numbers_of::<f32>(kind, n, components, "an array")?;
@@ -154,7 +164,11 @@ fn keep(
     if of_points && components == 1 {
         candidates.push(Candidate { name, values });
     } else {
-        let what = if of_points { format!("point data of {components} components") } else { "other data".to_owned() };
+        let what = if of_points {
+            format!("point data of {components} components")
+        } else {
+            "other data".to_owned()
+        };
         others.push(format!("{} ({what})", quoted(&name)));
     }
 }
@@ -166,7 +180,8 @@ fn choose(
     others: &[String],
     options: &TetrahedraReadOptions,
 ) -> Result<Vec<f32>, Error> {
-    let names: Vec<String> = candidates.iter().map(|c| quoted(&c.name)).chain(others.iter().cloned()).collect();
+    let names: Vec<String> =
+        candidates.iter().map(|c| quoted(&c.name)).chain(others.iter().cloned()).collect();
     let wanted = |c: &Candidate| options.array.as_ref().is_none_or(|name| c.name == *name);
     if let Some(found) = candidates.into_iter().find(wanted) {
         return Ok(found.values);
@@ -175,7 +190,11 @@ fn choose(
 }
 
 pub(super) fn no_values(file: &str, names: &[String], options: &TetrahedraReadOptions) -> Error {
-    let found = if names.is_empty() { "no data".to_owned() } else { names.iter().take(16).cloned().collect::<Vec<_>>().join(", ") };
+    let found = if names.is_empty() {
+        "no data".to_owned()
+    } else {
+        names.iter().take(16).cloned().collect::<Vec<_>>().join(", ")
+    };
     let wanted = match &options.array {
         Some(name) => format!("{} of one component", quoted(name)),
         None => "of one component".to_owned(),
@@ -214,11 +233,19 @@ pub(super) fn add_cells(
         for name in range {
             match u32::try_from(*name) {
                 Ok(name) if (name as usize) < points => own.push(name),
-                _ => return Err(wrong(cell, format!("point {name}"), &format!("points from 0 to {}", points.saturating_sub(1)))),
+                _ => {
+                    return Err(wrong(
+                        cell,
+                        format!("point {name}"),
+                        &format!("points from 0 to {}", points.saturating_sub(1)),
+                    ));
+                }
             }
         }
-        let kind = u8::try_from(*kind).map_err(|_| wrong(cell, format!("cell type {kind}"), "VTK's cell types"))?;
-        into.add(kind, &own).map_err(|found| wrong(cell, found, "tetrahedra, voxels, hexahedra, wedges or pyramids"))?;
+        let kind =
+            u8::try_from(*kind).map_err(|_| wrong(cell, format!("cell type {kind}"), "VTK's cell types"))?;
+        into.add(kind, &own)
+            .map_err(|found| wrong(cell, found, "tetrahedra, voxels, hexahedra, wedges or pyramids"))?;
     }
     Ok(())
 }
@@ -293,20 +320,36 @@ impl<'a> Reader<'a> {
         self.numbers_of(kind, count, components, what)
     }
 
-    fn numbers_of<T: Number>(&mut self, kind: Kind, count: u64, components: u64, what: &str) -> Result<Vec<T>, Error> {
+    fn numbers_of<T: Number>(
+        &mut self,
+        kind: Kind,
+        count: u64,
+        components: u64,
+        what: &str,
+    ) -> Result<Vec<T>, Error> {
         let numbers = count.checked_mul(components);
-        let numbers = numbers.ok_or_else(|| self.syntax(format!("{count} times {components}"), "a number of numbers"))?;
+        let numbers = numbers
+            .ok_or_else(|| self.syntax(format!("{count} times {components}"), "a number of numbers"))?;
         self.numbers(kind, numbers, what)
     }
 
     fn numbers<T: Number>(&mut self, kind: Kind, count: u64, what: &str) -> Result<Vec<T>, Error> {
         // A number of text takes two bytes, a blank among them.
         let left = (self.bytes.len() - self.at) as u64;
-        let needed = if self.binary { kind.bytes_of(count) } else { count.checked_mul(2).map(|n| n.saturating_sub(1)) };
+        let needed = if self.binary {
+            kind.bytes_of(count)
+        } else {
+            count.checked_mul(2).map(|n| n.saturating_sub(1))
+        };
         let needed = needed.unwrap_or(u64::MAX);
         if needed > left {
             let expected = format!("at least {needed} for {count} numbers");
-            return Err(Error::TooShort { file: self.file.to_owned(), what: what.to_owned(), found: left, expected });
+            return Err(Error::TooShort {
+                file: self.file.to_owned(),
+                what: what.to_owned(),
+                found: left,
+                expected,
+            });
         }
         let memory = count.saturating_mul(8);
         if memory > self.limit {
@@ -317,7 +360,10 @@ impl<'a> Reader<'a> {
             let mut numbers = Vec::with_capacity(count as usize);
             for _ in 0..count {
                 let word = self.word(what)?;
-                numbers.push(T::of_text(word).ok_or_else(|| self.syntax(quoted(word), format!("a number ({what})")))?);
+                numbers.push(
+                    T::of_text(word)
+                        .ok_or_else(|| self.syntax(quoted(word), format!("a number ({what})")))?,
+                );
             }
             return Ok(numbers);
         }
@@ -327,7 +373,12 @@ impl<'a> Reader<'a> {
         let Some(bytes) = bytes else {
             let expected = format!("{needed} for {count} numbers");
             let found = (self.bytes.len() - self.at) as u64;
-            return Err(Error::TooShort { file: self.file.to_owned(), what: what.to_owned(), found, expected });
+            return Err(Error::TooShort {
+                file: self.file.to_owned(),
+                what: what.to_owned(),
+                found,
+                expected,
+            });
         };
         self.at += needed as usize;
         let mut numbers = kind.decode(bytes, true);

@@ -66,7 +66,8 @@ pub fn read_tetrahedra(
     let mut opened = File::open(path).map_err(open)?;
     let length = opened.metadata().map_err(open)?.len();
     let limit = options.limits.max_bytes;
-    let too_large = |needed| TetrahedraReadError::TooLarge { file: file.clone(), what: "its contents", needed, limit };
+    let too_large =
+        |needed| TetrahedraReadError::TooLarge { file: file.clone(), what: "its contents", needed, limit };
     if length > limit {
         return Err(too_large(length));
     }

@@ -74,7 +74,8 @@ fn legacy_bytes_are_read_of_old_and_new_versions() {
     let names = big(CELLS.as_flattened().iter().map(|i| i64::from(*i)), i64::to_be_bytes);
     let values = big(VALUES, f32::to_be_bytes);
     for new in [false, true] {
-        let mut file = b"# vtk DataFile Version 5.1\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n".to_vec();
+        let mut file =
+            b"# vtk DataFile Version 5.1\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n".to_vec();
         file.extend_from_slice(&points);
         if new {
             file.extend_from_slice(b"\nMETADATA\nINFORMATION 0\n\nCELLS 3 8\nOFFSETS vtktypeint64\n");
@@ -105,7 +106,9 @@ enum Way {
 
 fn vtu(way: Way, zlib: bool, header64: bool) -> Vec<u8> {
     let mut appended = Vec::new();
-    let header = |n: usize| if header64 { (n as u64).to_le_bytes().to_vec() } else { (n as u32).to_le_bytes().to_vec() };
+    let header = |n: usize| {
+        if header64 { (n as u64).to_le_bytes().to_vec() } else { (n as u32).to_le_bytes().to_vec() }
+    };
     let mut array = |name: &str, kind: &str, components: usize, words: String, bytes: Vec<u8>| {
         let tag = format!("<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
         if way == Way::Text {
@@ -136,17 +139,38 @@ fn vtu(way: Way, zlib: bool, header64: bool) -> Vec<u8> {
             _ => [STANDARD.encode(head), STANDARD.encode(body)].concat().into_bytes(),
         };
         if way == Way::Inline {
-            return format!("{tag} format=\"binary\">\n  {}\n</DataArray>\n", String::from_utf8_lossy(&coded));
+            return format!(
+                "{tag} format=\"binary\">\n  {}\n</DataArray>\n",
+                String::from_utf8_lossy(&coded)
+            );
         }
         let offset = appended.len();
         appended.extend(coded);
         format!("{tag} format=\"appended\" offset=\"{offset}\"/>\n")
     };
     let floats = big(VALUES, f32::to_le_bytes);
-    let vectors = array("v", "Float64", 3, text(POINTS.as_flattened()), big(POINTS.as_flattened().iter().copied(), f64::to_le_bytes));
+    let vectors = array(
+        "v",
+        "Float64",
+        3,
+        text(POINTS.as_flattened()),
+        big(POINTS.as_flattened().iter().copied(), f64::to_le_bytes),
+    );
     let values = array("density", "Float32", 1, text(VALUES), floats);
-    let points = array("p", "Float64", 3, text(POINTS.as_flattened()), big(POINTS.as_flattened().iter().copied(), f64::to_le_bytes));
-    let names = array("connectivity", "Int64", 1, text(CELLS.as_flattened()), big(CELLS.as_flattened().iter().map(|i| i64::from(*i)), i64::to_le_bytes));
+    let points = array(
+        "p",
+        "Float64",
+        3,
+        text(POINTS.as_flattened()),
+        big(POINTS.as_flattened().iter().copied(), f64::to_le_bytes),
+    );
+    let names = array(
+        "connectivity",
+        "Int64",
+        1,
+        text(CELLS.as_flattened()),
+        big(CELLS.as_flattened().iter().map(|i| i64::from(*i)), i64::to_le_bytes),
+    );
     let offsets = array("offsets", "Int32", 1, text([4, 8]), big([4, 8], i32::to_le_bytes));
     let types = array("types", "UInt8", 1, text([10, 10]), vec![10, 10]);
     let compressor = if zlib { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
@@ -180,7 +204,8 @@ fn vtu_is_read_in_every_encoding() {
 #[test]
 fn several_pieces_become_one_grid() {
     let file = String::from_utf8(vtu(Way::Text, false, false)).expect("text");
-    let (begin, end) = (file.find("<Piece").expect("a piece"), file.find("</UnstructuredGrid>").expect("an end"));
+    let (begin, end) =
+        (file.find("<Piece").expect("a piece"), file.find("</UnstructuredGrid>").expect("an end"));
     let twice = format!("{}{}{}{}", &file[..begin], &file[begin..end], &file[begin..end], &file[end..]);
     let loaded = read(twice.as_bytes()).expect("two pieces").value;
     assert_eq!((loaded.points().len(), loaded.cells().len()), (10, 4));
@@ -257,7 +282,10 @@ fn what_is_wrong_is_said() {
     says(&text.replace("UNSTRUCTURED_GRID", "POLYDATA"), "supported are unstructured grids");
     says(&text.replace("POINTS 5 double", "POINTS 4000000000 double"), "cut short");
     says(&text.replace("POINTS 5 double", "POINTS 5 complex"), "expected a type of numbers");
-    says(&text.replace("CELLS 2 10\n4 0 1 2 3", "CELLS 2 10\n4 0 1 2 5"), "cell 0: found point 5, expected points from 0 to 4");
+    says(
+        &text.replace("CELLS 2 10\n4 0 1 2 3", "CELLS 2 10\n4 0 1 2 5"),
+        "cell 0: found point 5, expected points from 0 to 4",
+    );
     says(&text.replace("CELLS 2 10\n4 0", "CELLS 2 10\n9 0"), "found 1 cells and 2 cell types");
     says(&text.replace("CELLS 2 10\n4 0", "CELLS 2 10\n99 0"), "each cell's points after their number");
     says(&text.replace("10\n10\n", "10\n42\n"), "found a cell of type 42");
@@ -266,12 +294,17 @@ fn what_is_wrong_is_said() {
     let small = TetrahedraReadOptions { limits: Limits { max_bytes: 64 }, array: None };
     let error = read_tetrahedra_bytes("a", text.as_bytes(), &small).map(|_| ()).expect_err("too large");
     assert!(matches!(error, TetrahedraReadError::TooLarge { .. }), "{error}");
-    let named = TetrahedraReadOptions { array: Some("pressure".to_owned()), ..TetrahedraReadOptions::default() };
-    let error = read_tetrahedra_bytes("a", text.as_bytes(), &named).map(|_| ()).expect_err("no pressure").to_string();
+    let named =
+        TetrahedraReadOptions { array: Some("pressure".to_owned()), ..TetrahedraReadOptions::default() };
+    let error =
+        read_tetrahedra_bytes("a", text.as_bytes(), &named).map(|_| ()).expect_err("no pressure").to_string();
     assert!(error.contains("`density`") && error.contains("`pressure`"), "{error}");
     let xml = String::from_utf8(vtu(Way::Text, false, false)).expect("text");
     says(&xml.replace("LittleEndian", "Middle"), "supported are LittleEndian, BigEndian");
-    says(&xml.replace("header_type", "compressor=\"vtkLZ4DataCompressor\" header_type"), "vtkLZ4DataCompressor");
+    says(
+        &xml.replace("header_type", "compressor=\"vtkLZ4DataCompressor\" header_type"),
+        "vtkLZ4DataCompressor",
+    );
     says(&xml.replace("NumberOfPoints=\"5\"", "NumberOfPoints=\"99999999999\""), "cut short");
     says(&xml.replace("connectivity", "connections"), "the array `connectivity` of cells");
 }

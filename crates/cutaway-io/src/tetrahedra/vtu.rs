@@ -93,7 +93,8 @@ impl<'a> Reader<'a> {
         let mut pieces: Vec<Piece> = Vec::new();
         let mut inside = "";
         loop {
-            let event = xml.next().map_err(|expected| self.syntax(xml.position(), "something else", expected))?;
+            let event =
+                xml.next().map_err(|expected| self.syntax(xml.position(), "something else", expected))?;
             let (name, mut attributes, closed) = match event {
                 None => return Ok(pieces),
                 Some(Event::End { name }) => {
@@ -108,9 +109,12 @@ impl<'a> Reader<'a> {
             match name {
                 "VTKFile" => self.encoding = self.encoding(&attributes)?,
                 "Piece" => {
-                    let count = |key: &str| match attributes.get(key).map(|text| (text, text.trim().parse())) {
+                    let count = |key: &str| match attributes.get(key).map(|text| (text, text.trim().parse()))
+                    {
                         Some((_, Ok(count))) => Ok(count),
-                        Some((text, Err(_))) => Err(self.syntax(at, quoted(text), format!("a number as `{key}`"))),
+                        Some((text, Err(_))) => {
+                            Err(self.syntax(at, quoted(text), format!("a number as `{key}`")))
+                        }
                         None => Err(self.syntax(at, "none", format!("`{key}` of a piece"))),
                     };
                     let (points, cells) = (count("NumberOfPoints")?, count("NumberOfCells")?);
@@ -138,12 +142,16 @@ impl<'a> Reader<'a> {
                         Some("base64") => true,
                         Some("raw") | None => false,
                         Some(other) => {
-                            return Err(self.unsupported(format!("the appended data are {}", quoted(other)), "raw, base64"));
+                            return Err(self.unsupported(
+                                format!("the appended data are {}", quoted(other)),
+                                "raw, base64",
+                            ));
                         }
                     };
                     let rest = xml.rest();
                     let begin = rest.iter().position(|b| *b == b'_');
-                    let begin = begin.ok_or_else(|| self.syntax(at, "none", "`_` before the appended data"))?;
+                    let begin =
+                        begin.ok_or_else(|| self.syntax(at, "none", "`_` before the appended data"))?;
                     self.appended = Some(Appended { bytes: &rest[begin + 1..], base64 });
                     // What follows may look like anything.
                     return Ok(pieces);
@@ -156,27 +164,45 @@ impl<'a> Reader<'a> {
     fn encoding(&self, attributes: &BTreeMap<&str, String>) -> Result<Encoding, Error> {
         let get = |key: &str| attributes.get(key).map(String::as_str);
         if let Some(other) = get("type").filter(|kind| *kind != "UnstructuredGrid") {
-            return Err(self.unsupported(format!("the file is of type {}", quoted(other)), "unstructured grids"));
+            return Err(
+                self.unsupported(format!("the file is of type {}", quoted(other)), "unstructured grids")
+            );
         }
         let big_endian = match get("byte_order") {
             None | Some("LittleEndian") => false,
             Some("BigEndian") => true,
-            Some(other) => return Err(self.unsupported(format!("the byte order is {}", quoted(other)), "LittleEndian, BigEndian")),
+            Some(other) => {
+                return Err(self
+                    .unsupported(format!("the byte order is {}", quoted(other)), "LittleEndian, BigEndian"));
+            }
         };
         let header = match get("header_type") {
             None | Some("UInt32") => Kind::U32,
             Some("UInt64") => Kind::U64,
-            Some(other) => return Err(self.unsupported(format!("the header type is {}", quoted(other)), "UInt32, UInt64")),
+            Some(other) => {
+                return Err(
+                    self.unsupported(format!("the header type is {}", quoted(other)), "UInt32, UInt64")
+                );
+            }
         };
         let zlib = match get("compressor") {
             None | Some("") => false,
             Some("vtkZLibDataCompressor") => true,
-            Some(other) => return Err(self.unsupported(format!("the compressor is {}", quoted(other)), "vtkZLibDataCompressor")),
+            Some(other) => {
+                return Err(
+                    self.unsupported(format!("the compressor is {}", quoted(other)), "vtkZLibDataCompressor")
+                );
+            }
         };
         Ok(Encoding { big_endian, header, zlib })
     }
 
-    fn array(&self, mut attributes: BTreeMap<&str, String>, text: &'a [u8], at: usize) -> Result<Array<'a>, Error> {
+    fn array(
+        &self,
+        mut attributes: BTreeMap<&str, String>,
+        text: &'a [u8],
+        at: usize,
+    ) -> Result<Array<'a>, Error> {
         let mut take = |key: &str| attributes.remove(key);
         let number = |key: &str, text: Option<String>| match text.map(|text| (text.trim().parse(), text)) {
             None => Ok(None),
@@ -194,7 +220,12 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn add(&mut self, piece: &Piece, parsed: &mut Parsed, options: &TetrahedraReadOptions) -> Result<(), Error> {
+    fn add(
+        &mut self,
+        piece: &Piece,
+        parsed: &mut Parsed,
+        options: &TetrahedraReadOptions,
+    ) -> Result<(), Error> {
         let arrays = |inside: &str| piece.arrays.get(inside).map_or(&[][..], Vec::as_slice);
         let missing = |what: &str| self.syntax(0, "none", format!("the array {what}"));
         let first = parsed.points.len();
@@ -228,7 +259,11 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn values<'b>(&self, piece: &'b Piece<'a>, options: &TetrahedraReadOptions) -> Result<&'b Array<'a>, Error> {
+    fn values<'b>(
+        &self,
+        piece: &'b Piece<'a>,
+        options: &TetrahedraReadOptions,
+    ) -> Result<&'b Array<'a>, Error> {
         let arrays = piece.arrays.get("PointData").map_or(&[][..], Vec::as_slice);
         let scalar = || arrays.iter().filter(|a| a.components == 1);
         let found = match &options.array {
@@ -236,7 +271,9 @@ impl<'a> Reader<'a> {
             None => scalar().find(|a| Some(&a.name) == piece.scalars.as_ref()).or_else(|| scalar().next()),
         };
         found.ok_or_else(|| {
-            let shown = |a: &Array, what: &str| format!("{} ({what} of {} components)", quoted(&a.name), a.components);
+            let shown = |a: &Array, what: &str| {
+                format!("{} ({what} of {} components)", quoted(&a.name), a.components)
+            };
             let cell_data = piece.arrays.get("CellData").map_or(&[][..], Vec::as_slice);
             let names = arrays.iter().map(|a| shown(a, "point data"));
             let names: Vec<String> = names.chain(cell_data.iter().map(|a| shown(a, "cell data"))).collect();
@@ -253,7 +290,12 @@ impl<'a> Reader<'a> {
             }
             None => {
                 let needed = (self.limit - self.left).saturating_add(bytes);
-                Err(Error::TooLarge { file: self.file.to_owned(), what: "its arrays", needed, limit: self.limit })
+                Err(Error::TooLarge {
+                    file: self.file.to_owned(),
+                    what: "its arrays",
+                    needed,
+                    limit: self.limit,
+                })
             }
         }
     }
@@ -261,7 +303,8 @@ impl<'a> Reader<'a> {
     /// The numbers of an array, of which there are so many.
     fn numbers<T: Number>(&mut self, array: &Array, count: u64) -> Result<Vec<T>, Error> {
         let kind = Kind::named(&array.kind).filter(|kind| *kind != Kind::Bit);
-        let kind = kind.ok_or_else(|| self.syntax(array.at, quoted(&array.kind), "a type of numbers, as `Float32`"))?;
+        let kind = kind
+            .ok_or_else(|| self.syntax(array.at, quoted(&array.kind), "a type of numbers, as `Float32`"))?;
         let needed = kind.bytes_of(count).unwrap_or(u64::MAX);
         let short = |found: u64| Error::TooShort {
             file: self.file.to_owned(),
@@ -285,7 +328,9 @@ impl<'a> Reader<'a> {
             }
             ("appended", None) => return Err(self.syntax(array.at, "none", "appended data")),
             (other, _) => {
-                return Err(self.unsupported(format!("an array is {}", quoted(other)), "ascii, binary, appended"));
+                return Err(
+                    self.unsupported(format!("an array is {}", quoted(other)), "ascii, binary, appended")
+                );
             }
         };
         // Before anything is made: what there is cannot become more than this.
@@ -313,7 +358,9 @@ impl<'a> Reader<'a> {
         for word in words.take(count as usize) {
             let word = std::str::from_utf8(word).unwrap_or("\u{fffd}");
             let number = T::of_text(word);
-            numbers.push(number.ok_or_else(|| self.syntax(array.at, quoted(word), format!("a number in the array {}", quoted(&array.name))))?);
+            numbers.push(number.ok_or_else(|| {
+                self.syntax(array.at, quoted(word), format!("a number in the array {}", quoted(&array.name)))
+            })?);
         }
         if numbers.len() as u64 == count {
             return Ok(numbers);
@@ -326,15 +373,21 @@ impl<'a> Reader<'a> {
     fn header(&self, stream: &mut Bytes, array: &Array) -> Result<u64, Error> {
         let kind = self.encoding.header;
         let bytes = stream.take(kind.size() as u64);
-        let numbers: Vec<i64> = bytes.map_or_else(Vec::new, |bytes| kind.decode(&bytes, self.encoding.big_endian));
+        let numbers: Vec<i64> =
+            bytes.map_or_else(Vec::new, |bytes| kind.decode(&bytes, self.encoding.big_endian));
         let number = numbers.first().and_then(|n| u64::try_from(*n).ok());
-        number.ok_or_else(|| self.syntax(array.at, "no length", format!("the length of the array {}", quoted(&array.name))))
+        number.ok_or_else(|| {
+            self.syntax(array.at, "no length", format!("the length of the array {}", quoted(&array.name)))
+        })
     }
 
     /// Blocks of zlib: their number, the size of one, that of the last one, and how long each is compressed; then they.
     fn inflated(&self, stream: &mut Bytes, needed: u64, array: &Array) -> Result<Vec<u8>, Error> {
-        let wrong = |found: String, expected: &str| self.syntax(array.at, found, format!("{expected} of the array {}", quoted(&array.name)));
-        let (blocks, size, last) = (self.header(stream, array)?, self.header(stream, array)?, self.header(stream, array)?);
+        let wrong = |found: String, expected: &str| {
+            self.syntax(array.at, found, format!("{expected} of the array {}", quoted(&array.name)))
+        };
+        let (blocks, size, last) =
+            (self.header(stream, array)?, self.header(stream, array)?, self.header(stream, array)?);
         if blocks.saturating_mul(self.encoding.header.size() as u64) > stream.source.len() as u64 {
             return Err(wrong(format!("{blocks} blocks"), "as many blocks as there are bytes for"));
         }
@@ -344,7 +397,9 @@ impl<'a> Reader<'a> {
         let mut all = Vec::new();
         for (k, length) in lengths.iter().enumerate() {
             let expected = if k as u64 + 1 == blocks && last > 0 { last } else { size };
-            let packed = stream.take(*length).ok_or_else(|| wrong(format!("block {k} of {length} bytes"), "a whole block"))?;
+            let packed = stream
+                .take(*length)
+                .ok_or_else(|| wrong(format!("block {k} of {length} bytes"), "a whole block"))?;
             let left = needed.saturating_sub(all.len() as u64);
             let before = all.len() as u64;
             let read = ZlibDecoder::new(&packed[..]).take(expected.min(left)).read_to_end(&mut all);
@@ -352,7 +407,10 @@ impl<'a> Reader<'a> {
                 return Err(wrong(format!("block {k}: {error}"), "zlib data"));
             }
             if (all.len() as u64 - before) < expected.min(left) {
-                return Err(wrong(format!("block {k} of {} bytes", all.len() as u64 - before), "whole blocks"));
+                return Err(wrong(
+                    format!("block {k} of {} bytes", all.len() as u64 - before),
+                    "whole blocks",
+                ));
             }
         }
         if (all.len() as u64) < needed {
@@ -389,7 +447,8 @@ impl Bytes<'_> {
             return Some(bytes.to_vec());
         }
         let (first, groups) = (self.at / 3, end.div_ceil(3));
-        let letters = usize::try_from(first.checked_mul(4)?).ok()?..usize::try_from(groups.checked_mul(4)?).ok()?;
+        let letters =
+            usize::try_from(first.checked_mul(4)?).ok()?..usize::try_from(groups.checked_mul(4)?).ok()?;
         let decoded = STANDARD.decode(self.source.get(letters)?);
         let mut decoded = match decoded {
             Ok(decoded) => decoded,

@@ -79,7 +79,11 @@ impl<'a> Xml<'a> {
                 [b'>', ..] => {
                     self.at += 1;
                     let closed = false;
-                    return Ok(if end { Event::End { name } } else { Event::Begin { name, attributes, closed } });
+                    return Ok(if end {
+                        Event::End { name }
+                    } else {
+                        Event::Begin { name, attributes, closed }
+                    });
                 }
                 [b'/', b'>', ..] if !end => {
                     self.at += 2;
