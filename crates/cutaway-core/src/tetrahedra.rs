@@ -192,7 +192,7 @@ pub fn five_of_a_cell(parity: u32) -> [[u32; 4]; 5] {
 /// A grid over a box with about as many voxels as there are values.
 fn stand_in([lo, hi]: [DVec3; 2], values: &[f32]) -> Result<Volume, TetrahedraError> {
     let size = hi - lo;
-    if !(size.min_element() > 1e-9 * size.max_element()) {
+    if size.min_element() <= 1e-9 * size.max_element() {
         return Err(TetrahedraError::Flat { size: size.to_array() });
     }
     let side = ((values.len() as f64).cbrt().ceil() as u32).max(2);

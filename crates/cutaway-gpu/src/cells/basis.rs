@@ -54,7 +54,7 @@ fn project(view: &View, corners: [u32; 4]) -> BasisTetrahedron {
     let a = DVec4::from_array(a.to_array().map(|v| if v.abs() < 1e-12 * size { 0.0 } else { v }));
     let (plus, minus) = (a.max(DVec4::ZERO), (-a).max(DVec4::ZERO));
     let (plus_sum, minus_sum) = (plus.element_sum(), minus.element_sum());
-    if !(plus_sum.min(minus_sum) > 0.0) {
+    if plus_sum.min(minus_sum) <= 0.0 {
         return BasisTetrahedron::zeroed();
     }
     let (mut near, mut far) = (plus / plus_sum, minus / minus_sum);

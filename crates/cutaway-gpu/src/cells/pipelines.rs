@@ -122,6 +122,9 @@ pub(super) struct MeshPipelines {
     pub(super) sort: [wgpu::ComputePipeline; 5],
 }
 
+/// How cells are cut, whether voxels can be filtered, and cells along an edge of a brick.
+type GridKey = (Split, bool, Option<u32>);
+
 /// Shaders, layouts, and a pipeline a variant.
 #[derive(Debug)]
 pub(super) struct Pipelines {
@@ -133,7 +136,7 @@ pub(super) struct Pipelines {
     widen: wgpu::RenderPipeline,
     target: wgpu::TextureFormat,
     drawing: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
-    grids: Mutex<HashMap<(Split, bool, Option<u32>), GridPipelines>>,
+    grids: Mutex<HashMap<GridKey, GridPipelines>>,
     samplers: [wgpu::Sampler; 2],
 }
 

@@ -230,7 +230,7 @@ impl<'a> Reader<'a> {
         let missing = |what: &str| self.syntax(0, "none", format!("the array {what}"));
         let first = parsed.points.len();
         let points = arrays("Points").first().ok_or_else(|| missing("of points"))?;
-        let numbers = piece.points.checked_mul(3).unwrap_or(u64::MAX);
+        let numbers = piece.points.saturating_mul(3);
         let points: Vec<f64> = self.numbers(points, numbers)?;
         parsed.points.extend(points.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)));
         let cells = |name: &str| arrays("Cells").iter().find(|a| a.name == name);
