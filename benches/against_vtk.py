@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""cutaway's CPU engine beside VTK's CPU mapper, scene by scene, in one run: prints a table of times and ratios.
+"""cutaway's ray casters beside VTK's mappers, scene by scene, in one run: prints a table of times and ratios.
 
-    benches/against_vtk.py --peers PEERS --python PYTHON [--cutaway target/release/cutaway] [--only NAME] [--frames 20]
+    benches/against_vtk.py --peers PEERS --python PYTHON [--cutaway target/release/cutaway] [--engine cpu|raycast] [--only NAME] [--frames 20]
 
 PEERS is a folder with bench_vtk.py (one VTK measurement, one JSON line), scenes.json (camera, light, transfer functions)
 and volumes/NAME.raw + NAME.json; PYTHON is an interpreter that has VTK. Both renderers get the same volume, transfer
 function, light, orbit, image size and sampling distance (one voxel), one after the other, so that the ratio holds even
 where the times do not carry over to another machine.
+
+`--engine raycast` holds the GPU ray caster against VTK's GPU mapper (on a machine without a GPU both run on Mesa's software
+drivers, lavapipe and llvmpipe), and has a scene of an isosurface, which VTK's CPU mapper lacks.
 
 `--distances` adds how far the first picture of each is from that of cutaway's reference engine: the root mean square of
 the differences of red, green and blue over black, of 255. PYTHON then needs numpy and pillow, too. The reference takes
@@ -34,6 +37,10 @@ SCENES = [
     ("engine opaque, shaded", "engine", "opaque", True, "composite"),
     ("bonsai medium, shaded", "bonsai", "medium", True, "composite"),
 ]
+# VTK's mapper for the CPU has no isosurfaces.
+GPU_SCENES = SCENES + [("head256 isosurface, shaded", "head_256_u16", "opaque", True, "iso")]
+
+MAPPERS = {"cpu": "fixed", "raycast": "gpu"}
 
 
 def family(volume):
@@ -59,9 +66,10 @@ def points(color, opacity):
     return [{"value": v, "color": list(at(color, v)), "opacity": at(opacity, v)[0]} for v in values]
 
 
-def scene(definitions, meta, path, tf, shade, mode):
+def scene(definitions, meta, path, tf, shade, mode, engine):
     camera, light = definitions["camera"], definitions["shading"]
-    function = definitions["mip"][meta["dtype"]] if mode == "mip" else definitions["presets"][family(meta["name"])][tf]
+    preset = definitions["presets"][family(meta["name"])]
+    function = definitions["mip"][meta["dtype"]] if mode == "mip" else preset[tf]
     azimuth, elevation = math.radians(camera["az0_deg"]), math.radians(camera["elevation_deg"])
     direction = [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
     # A raw volume's first voxel is at the origin; the scenes centre theirs on the focal point.
@@ -75,7 +83,8 @@ def scene(definitions, meta, path, tf, shade, mode):
                    "view_up": camera["up"], "view_angle": camera["fov_y_deg"]},
         "lighting": {"shade": shade, "ambient": light["ambient"], "diffuse": light["diffuse"],
                      "specular": light["specular"], "specular_power": light["power"]},
-        "render": {"mode": mode, "step": 1.0, "engine": "cpu", "resolution": [512, 512]},
+        "render": {"mode": mode, "step": 1.0, "engine": engine, "resolution": [512, 512],
+                   **({"iso": [preset["iso"]]} if mode == "iso" else {})},
     }
 
 
@@ -125,10 +134,10 @@ def distances(python, reference, pictures):
     return [float(line) for line in done.stdout.split()]
 
 
-def run_vtk(peers, python, volume, tf, shade, mode, frames, png):
-    command = [python, os.path.join(peers, "bench_vtk.py"), "--mapper", "fixed", "--volume", volume, "--size", "512",
+def run_vtk(peers, python, mapper, volume, tf, shade, mode, frames, png):
+    command = [python, os.path.join(peers, "bench_vtk.py"), "--mapper", mapper, "--volume", volume, "--size", "512",
                "--frames", str(frames)]
-    command += ["--blend", "mip"] if mode == "mip" else ["--tf", tf]
+    command += ["--tf", tf] if mode == "composite" else ["--blend", mode]
     command += ["--shade"] if shade else []
     command += ["--png", png] if png else []
     environment = dict(os.environ, VTK_DEFAULT_OPENGL_WINDOW="vtkOSOpenGLRenderWindow")
@@ -144,6 +153,7 @@ def main():
     parser.add_argument("--peers", required=True)
     parser.add_argument("--python", required=True)
     parser.add_argument("--cutaway", default="target/release/cutaway")
+    parser.add_argument("--engine", choices=MAPPERS, default="cpu")
     parser.add_argument("--only", default="")
     parser.add_argument("--frames", type=int, default=20)
     parser.add_argument("--images", help="folder for the first frame of each")
@@ -159,7 +169,7 @@ def main():
     print("| " + " | ".join(columns) + " |")
     print("|---" * len(columns) + "|", flush=True)
     with tempfile.TemporaryDirectory() as temporary:
-        for name, volume, tf, shade, mode in SCENES:
+        for name, volume, tf, shade, mode in GPU_SCENES if a.engine == "raycast" else SCENES:
             if a.only in name:
                 row = compare(a, definitions, a.images or temporary, (name, volume, tf, shade, mode))
                 print("| " + " | ".join(row) + " |", flush=True)
@@ -174,14 +184,14 @@ def compare(a, definitions, images, which):
     wanted = a.images or a.distances
     png = lambda who: wanted and os.path.join(images, f"{name.replace(' ', '_').replace(',', '')}_{who}.png")
     path = os.path.abspath(os.path.join(folder, volume + ".raw"))
-    description = scene(definitions, meta, path, tf, shade, mode)
+    description = scene(definitions, meta, path, tf, shade, mode, a.engine)
     ours = run_cutaway(a.cutaway, description, a.frames, png("cutaway"))
     first = ours["prepare_ms"] + ours["classify_ms"] + ours["frame_ms"]["max"]
     ms, mb = ours["frame_ms"]["median"], ours["peak_rss_bytes"] / 1e6
     if a.skip_vtk:
         row = [name, "", f"{ms:.1f}", "", "", f"{first:.0f}", "", f"{mb:.0f}"]
     else:
-        vtk = run_vtk(a.peers, a.python, volume, tf, shade, mode, a.frames, png("vtk"))
+        vtk = run_vtk(a.peers, a.python, MAPPERS[a.engine], volume, tf, shade, mode, a.frames, png("vtk"))
         row = [name, f"{vtk['ms_median']:.1f}", f"{ms:.1f}", f"{vtk['ms_median'] / ms:.2f}",
                f"{vtk['first_frame_ms']:.0f}", f"{first:.0f}", f"{vtk['peak_rss_mb']:.0f}", f"{mb:.0f}"]
     if a.distances:

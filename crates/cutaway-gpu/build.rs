@@ -28,6 +28,8 @@ const SHADERS: &[&str] = &[
     "cells::sort",
     "cells::draw",
     "cells::widen",
+    "slices::slices",
+    "slices::develop",
 ];
 
 fn main() {

@@ -86,6 +86,10 @@ pub(crate) struct RenderArgs {
     /// Also write the distance to the first visible point: .npy, .exr or .png
     #[arg(long, value_name = "FILE", help_heading = "Picture")]
     pub(crate) depth_output: Option<PathBuf>,
+    /// Show how the raycast engine works: fetches (values taken a pixel, dark blue for none to yellow for the most) or
+    /// wireframe (the proxy geometry that rays begin and end at, over the image)
+    #[arg(long, value_enum, value_name = "WHAT", help_heading = "Picture")]
+    pub(crate) debug: Option<DebugView>,
 
     /// Write timings and counts as JSON; `-` is standard error
     #[arg(long, value_name = "FILE", help_heading = "Report")]
@@ -99,6 +103,13 @@ pub(crate) struct RenderArgs {
     /// Say what was chosen: view, transfer function, timings
     #[arg(short, long, help_heading = "Report")]
     pub(crate) verbose: bool,
+}
+
+/// What is shown instead of a plain image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DebugView {
+    Fetches,
+    Wireframe,
 }
 
 /// Everything that makes a scene, for `render` and `bench frame`.
@@ -118,14 +129,15 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "W,H", allow_hyphen_values = true, help_heading = "Picture")]
     pub(crate) resolution: Option<List>,
 
-    /// Renderer: cpu, raycast (on a GPU), reference (slow and exact) or auto: raycast where there is a real GPU, else cpu
+    /// Renderer: cpu, raycast or slices (both on a GPU), reference (slow and exact) or auto: raycast where there is a real
+    /// GPU, else cpu
     /// [auto]
     #[arg(long, value_parser = values::engine, value_name = "ENGINE", help_heading = "Engine")]
     pub(crate) engine: Option<Engine>,
     /// Threads of the cpu engine; 0 is one a core
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true, value_parser = values::threads, allow_hyphen_values = true, help_heading = "Engine")]
     pub(crate) threads: usize,
-    /// GPU of the raycast engine, by a part of its name (`cutaway info --gpu` lists them) [the fastest]
+    /// GPU of the raycast and slices engines, by a part of its name (`cutaway info --gpu` lists them) [the fastest]
     #[arg(long, value_name = "NAME", help_heading = "Engine")]
     pub(crate) gpu: Option<String>,
     /// Instructions of the cpu engine
@@ -155,6 +167,9 @@ pub(crate) struct SceneArgs {
     /// How to skip what is invisible: off, cells, fitted, boundary, contour, fitted-contour or auto; the image is the same [auto]
     #[arg(long, value_parser = values::space_skipping, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) space_skipping: Option<SpaceSkipping>,
+    /// Cells along an edge of the bricks that the slices engine draws or skips: 8, 16, 32, ...; 0 for a single one [16]
+    #[arg(long, value_parser = whole::<u32>, value_name = "N", allow_hyphen_values = true, help_heading = "Sampling")]
+    pub(crate) brick_size: Option<u32>,
     /// Where samples lie: view (a step apart along the ray) or object (on planes of voxels) [view]
     #[arg(long, value_parser = values::sampling, value_name = "HOW", help_heading = "Sampling")]
     pub(crate) sampling: Option<Sampling>,
@@ -461,6 +476,9 @@ pub(crate) enum PaperSection {
     TermeerImageSize,
     /// Haferburg: texture fetches from the volume's box against those from its proxy geometry
     HaferburgFetches,
+    /// Rezk-Salama and Kolb 2005, figures 4 and 5: frames a second of slices over the size of bricks
+    #[value(name = "rezk-salama-bricks")]
+    Bricks,
     /// Termeer 2005, table 3.1: relative speed of ray-triangle tests
     #[value(name = "termeer-ray-triangle")]
     RayTriangle,

@@ -135,6 +135,7 @@ impl Origins {
             ("pre_integration", "--pre-integration", args.pre_integration),
             ("image_interpolation", "--image-interpolation", args.image_interpolation.is_some()),
             ("blur", "--blur", args.blur.is_some()),
+            ("brick_size", "--brick-size", args.brick_size.is_some()),
             ("iso", "--iso", !args.iso.is_empty()),
             ("iso", "--mode iso", args.mode == Some(Mode::Iso)),
             ("brightness", "--brightness", f.brightness.is_some()),
@@ -235,6 +236,7 @@ fn settings(
     s.clip_events = args.clip.options.clip_events.unwrap_or(s.clip_events);
     s.buffer_depth = args.clip.options.buffer_depth.unwrap_or(s.buffer_depth);
     s.space_skipping = args.space_skipping.unwrap_or(s.space_skipping);
+    s.brick_size = args.brick_size.unwrap_or(s.brick_size);
     s.sampling = args.sampling.unwrap_or(s.sampling);
     s.adaptive_threshold = args.adaptive_threshold.or(s.adaptive_threshold);
     s.pre_integration |= args.pre_integration;

@@ -104,13 +104,8 @@ fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String
 }
 
 pub(crate) fn engine(text: &str) -> Result<Engine, String> {
-    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Cells, Engine::Reference];
-    let all = all.map(|e| (e.name(), e));
-    if text == "slices" {
-        return Err(format!(
-            "the engine `{text}` does not exist in this version; choose from auto, cpu, raycast, cells, reference"
-        ));
-    }
+    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Slices, Engine::Cells, Engine::Reference]
+        .map(|e| (e.name(), e));
     named(text, "engine", &all)
 }
 
@@ -213,7 +208,7 @@ mod tests {
     #[test]
     fn near_misses_are_guessed() {
         assert!(mode("composit").unwrap_err().contains("did you mean `composite`"));
-        assert!(engine("slices").unwrap_err().contains("does not exist in this version"));
+        assert!(engine("cells").unwrap_err().contains("does not exist in this version"));
         assert_eq!(tip("xyz", &["composite"]), "");
     }
 

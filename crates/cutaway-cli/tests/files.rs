@@ -118,7 +118,11 @@ fn wrong_scenes_are_said_by_file() {
         (r#"{"volume": "sample:sphere:8", "clip_shading": {"thickness": -1}}"#, &["thickness is -1"]),
         (r#"{"volume": "sample:sphere:8", "clip_shading": {"overlay": 2}}"#, &["overlay is 2"]),
         (r#"{"volume": "sample:sphere:8", "render": {"segments": 0}}"#, &["whole number of 1"]),
-        (r#"{"volume": "sample:sphere:8", "render": {"engine": "slices"}}"#, &["`slices`"]),
+        (r#"{"volume": "sample:sphere:8", "render": {"engine": "cubes"}}"#, &["`cubes`"]),
+        (
+            r#"{"volume": "sample:sphere:8", "render": {"brick_size": 12}}"#,
+            &["brick_size is 12", "power of two"],
+        ),
         (r#"{"volume": "sample:sphere:8", "render": {"resolution": [0, 5]}}"#, &["resolution is 0 x 5"]),
         (r#"{"volume": "sample:sphere:8", "render": {"step": 0}}"#, &["step is 0"]),
         (r#"{"volume": "sample:sphere:8", "render": {"mode": "iso"}}"#, &["isovalue"]),

@@ -89,7 +89,7 @@ fn the_smallest_images_are_images() {
 }
 
 /// Options whose scenes are saved and rendered again.
-const LOOKS: [&str; 11] = [
+const LOOKS: [&str; 12] = [
     "sample:sphere:24",
     "sample:marschner-lobb:32 --preset MR-Default --azimuth 33 --elevation 12.3 --roll 3 --zoom 1.3",
     "sample:marschner-lobb:32 --light 1,2,-3 --brightness 1.7 --step 0.37 --early-termination 0.97",
@@ -100,6 +100,7 @@ const LOOKS: [&str; 11] = [
     "sample:sphere:24 --camera-position=-40,3,50 --camera-focal-point 11,12,13 --camera-view-up 0,1,0.1",
     "sample:sphere:24 --image-interpolation adaptive",
     "sample:sphere:24 --image-interpolation 5",
+    "sample:sphere:24 --brick-size 32",
     "sample:sphere:24 --engine reference --diffuse-curve wrapped --ambient 0.3 --diffuse 0.4",
 ];
 

@@ -6,13 +6,14 @@ use common::{command, image, run};
 use serde_json::{Value, json};
 
 /// The names of INTERFACE's statistics and ours, sorted.
-const STATISTICS: [&str; 18] = [
+const STATISTICS: [&str; 19] = [
     "adapter",
     "classify_ms",
     "clip_ms",
     "engine",
     "frame_ms",
     "gpu_bytes",
+    "gpu_ms",
     "load_ms",
     "peak_rss_bytes",
     "prepare_ms",

@@ -62,6 +62,8 @@ pub enum Engine {
     Cpu,
     /// The GPU ray caster.
     Raycast,
+    /// Slices across the view, blended on the GPU.
+    Slices,
     /// Projected tetrahedra, blended on the GPU: grids, and unstructured grids, which no other engine takes.
     Cells,
     /// The slow, exact renderer that the others are held against.
@@ -75,6 +77,7 @@ impl Engine {
             Self::Auto => "auto",
             Self::Cpu => "cpu",
             Self::Raycast => "raycast",
+            Self::Slices => "slices",
             Self::Cells => "cells",
             Self::Reference => "reference",
         }
@@ -238,6 +241,9 @@ pub struct RenderSettings {
     pub clip_events: ClipEvents,
     /// Bits of a number in the layers that clip surfaces are peeled into, 16 or 32; for `clip_events` peel only.
     pub buffer_depth: BufferDepth,
+    /// Cells along an edge of the bricks that the slice renderer draws or leaves out, a power of two of 8 to 1024; 0: the
+    /// volume is one brick. Larger where there would be more than a million bricks; all sizes give the same image.
+    pub brick_size: u32,
 }
 
 impl Default for RenderSettings {
@@ -264,6 +270,7 @@ impl Default for RenderSettings {
             blur: 0.0,
             clip_events: ClipEvents::default(),
             buffer_depth: BufferDepth::default(),
+            brick_size: 16,
         }
     }
 }
@@ -500,6 +507,9 @@ fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
     {
         return Err(setting("image_interpolation", factor, "`off`, `adaptive` or a factor of 2 to 16"));
     }
+    if s.brick_size != 0 && !(s.brick_size.is_power_of_two() && (8..=1024).contains(&s.brick_size)) {
+        return Err(setting("brick_size", s.brick_size, "0, or a power of two of 8 to 1024"));
+    }
     if s.mode == Mode::Iso && s.iso.is_empty() {
         return Err(setting("iso", "missing", "at least one isovalue in iso mode"));
     }
@@ -672,6 +682,9 @@ mod tests {
             RenderSettings { blur: -0.5, ..Default::default() },
             RenderSettings { blur: f64::NAN, ..Default::default() },
             RenderSettings { blur: 65.0, ..Default::default() },
+            RenderSettings { brick_size: 4, ..Default::default() },
+            RenderSettings { brick_size: 24, ..Default::default() },
+            RenderSettings { brick_size: 2048, ..Default::default() },
         ];
         for s in wrong {
             assert!(validate_settings(&s).is_err(), "{s:?}");

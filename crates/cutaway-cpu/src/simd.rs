@@ -134,7 +134,7 @@ impl<'a, T: Copy> LaneSource<'a, T> {
     where
         T: Default,
     {
-        let indices: [u32; MAX_LANES] = opaque(simd, &self.bounded(simd, i, 1), 0);
+        let indices: [u32; MAX_LANES] = opaque(simd, &self.bounded(simd, i, 1));
         let mut out = [T::default(); MAX_LANES];
         for l in 0..S::u32s::LEN {
             debug_assert!((indices[l] as usize) < self.0.len());
@@ -234,24 +234,11 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
         }
         let bounded = self.bounded(simd, i, reach);
         let mut found = [[0u32; MAX_LANES]; N];
-        // Few lanes at a time where words are few: so neither indices nor what is found are more than the registers hold.
-        if N <= GROUP {
-            for first in (0..S::u32s::LEN).step_by(GROUP) {
-                let indices: [u32; GROUP] = opaque(simd, &bounded, first);
-                for k in 0..N {
-                    for l in 0..GROUP {
-                        // SAFETY: bounded + the greatest offset + a word's elements is within the slice.
-                        found[k][first + l] = unsafe { self.word(indices[l], offsets[k]) };
-                    }
-                }
-            }
-        } else {
-            let indices: [u32; MAX_LANES] = opaque(simd, &bounded, 0);
-            for k in 0..N {
-                for l in 0..S::u32s::LEN {
-                    // SAFETY: as above.
-                    found[k][l] = unsafe { self.word(indices[l], offsets[k]) };
-                }
+        let indices: [u32; MAX_LANES] = opaque(simd, &bounded);
+        for k in 0..N {
+            for l in 0..S::u32s::LEN {
+                // SAFETY: bounded + the greatest offset + a word's elements is within the slice.
+                found[k][l] = unsafe { self.word(indices[l], offsets[k]) };
             }
         }
         let mut words = [bounded; N];
@@ -300,19 +287,16 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
     }
 }
 
-/// Lanes whose words are read together.
-const GROUP: usize = 4;
-
-/// `N` lanes of a vector, from `first` on, as numbers that the compiler does not know to come from one: else it turns the
+/// The lanes of a vector, as numbers that the compiler does not know to come from one: else it turns the
 /// loads that they index into hardware gathers, which take 1.8 to 2.8 times as long. 0 in lanes that the vector does not
 /// have.
 #[inline(always)]
-fn opaque<S: Simd, const N: usize>(_simd: S, v: &S::u32s, first: usize) -> [u32; N] {
+fn opaque<S: Simd>(_simd: S, v: &S::u32s) -> [u32; MAX_LANES] {
     let from = v.as_slice();
-    let mut lanes = [0; N];
-    for l in 0..N.min(S::u32s::LEN - first) {
+    let mut lanes = [0; MAX_LANES];
+    for l in 0..S::u32s::LEN {
         // SAFETY: a reference into the vector, read as what it is.
-        lanes[l] = unsafe { std::ptr::read_volatile(&from[first + l]) };
+        lanes[l] = unsafe { std::ptr::read_volatile(&from[l]) };
     }
     lanes
 }

@@ -169,7 +169,7 @@ fn entries(table: &ClassificationTable, scene: &Scene, volume: &GpuVolume) -> Ve
 
 /// Whether stored numbers from `lo` to `hi` can be visible. Projections look at values before they are classified, so that
 /// no block is empty to them.
-fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
+pub(crate) fn visible(table: &ClassificationTable, scene: &Scene, lo: f32, hi: f32) -> bool {
     let settings = scene.settings();
     let rescale = scene.volume().rescale();
     let within = |level: f64| (f64::from(lo)..=f64::from(hi)).contains(&rescale.stored_level(level));

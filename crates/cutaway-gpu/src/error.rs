@@ -103,6 +103,23 @@ pub enum GpuError {
         /// How many fit.
         most: u32,
     },
+    /// Isosurfaces were asked of the slice renderer.
+    #[error(
+        "slices show no isosurfaces; take `--engine raycast`, or `--mode composite` with a steep opacity"
+    )]
+    NoIsosurfaces,
+    /// More slices than can be told apart.
+    #[error(
+        "the step needs {needed:.0} slices, and there may be {most}; take a `--step` of at least {smallest:.2e}"
+    )]
+    TooManySlices {
+        /// How many there would be.
+        needed: f64,
+        /// How many there may be.
+        most: u32,
+        /// The least step that makes no more, in voxels.
+        smallest: f64,
+    },
     /// A mode that cells do not have.
     #[error(
         "the cell renderer has the composite mode, found {mode}; take `--engine raycast` or `--engine cpu`"

@@ -1,7 +1,8 @@
 //! The GPU renderers.
 //!
 //! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`](cutaway_core::image::Image). [`raycast`]
-//! casts a ray a pixel in a fragment shader, [`cells`] projects tetrahedra; [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
+//! casts a ray a pixel in a fragment shader; [`slices`] blends polygons across the view; [`cells`] projects tetrahedra;
+//! [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
 //! among the volume.
 //!
 //! | object | holds | made anew |
@@ -18,6 +19,7 @@
 //! what it imports.
 #![forbid(unsafe_code)]
 
+mod bindings;
 pub mod cells;
 mod classification;
 mod clip_layers;
@@ -28,6 +30,7 @@ mod notice;
 pub mod proxy;
 mod ranges;
 pub mod raycast;
+pub mod slices;
 mod volume;
 
 pub use cells::{CellOptions, CellRenderer, CellStatistics};
@@ -39,6 +42,7 @@ pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
 pub use raycast::{Extras, FetchCounts, RaycastRenderer, Statistics};
+pub use slices::SliceRenderer;
 pub use volume::{GpuVolume, Texels};
 
 #[cfg(test)]

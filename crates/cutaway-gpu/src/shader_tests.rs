@@ -30,6 +30,8 @@ const SHADERS: &[(&str, &str)] = &[
     ("cells project mesh", crate::cells::PROJECT_MESH_SHADER),
     ("cells sort", crate::cells::SORT_SHADER),
     ("cells widen", crate::cells::WIDEN_SHADER),
+    ("slices", crate::slices::SHADER),
+    ("develop", crate::slices::DEVELOP_SHADER),
 ];
 
 fn module(source: &str) -> naga::Module {
@@ -90,6 +92,33 @@ fn peeled_meshes_match_the_shader() {
 }
 
 #[test]
+fn slices_match_the_shader() {
+    let module = module(crate::slices::SHADER);
+    assert_layout!(
+        module,
+        "SliceFrame",
+        crate::slices::SliceUniforms {
+            clip_from_voxel,
+            normal,
+            offset,
+            narrow_margin,
+            spacing,
+            wide_margin,
+            first_depth,
+            sequence,
+            last_plane,
+            kind,
+            length_unit,
+        }
+    );
+    assert_layout!(
+        module,
+        "Brick",
+        crate::slices::BrickRecord { origin, edge, cut, reserved_x, reserved_y, reserved_z }
+    );
+}
+
+#[test]
 fn frame_uniforms_match_the_shader() {
     let module = module(crate::raycast::SHADER);
     assert_layout!(
@@ -145,6 +174,9 @@ fn frame_uniforms_match_the_shader() {
             adaptive_threshold,
             range_first,
             range_scale,
+            per_block_edge,
+            per_coarse_edge,
+            per_voxels,
             reserved,
         }
     );

@@ -3,7 +3,7 @@
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_cpu::{CpuRenderer, SimdChoice, Statistics};
-use cutaway_gpu::RaycastRenderer;
+use cutaway_gpu::{RaycastRenderer, SliceRenderer, slices};
 
 /// The CPU engine's image of a scene. `threads`: 0 for one a core.
 ///
@@ -23,5 +23,15 @@ pub fn cpu(scene: &Scene, simd: SimdChoice, threads: usize) -> (Image, Statistic
 pub fn raycast(scene: &Scene, renderer: &RaycastRenderer) -> (Image, cutaway_gpu::Statistics) {
     let volume = renderer.prepare(scene.volume()).expect("a volume that fits");
     let classification = renderer.classify(&volume, scene).expect("tables that fit");
+    renderer.render(&volume, &classification, scene, &|_| {}).expect("a frame")
+}
+
+/// The slice renderer's image of a scene.
+///
+/// # Panics
+/// If anything fails.
+pub fn slices(scene: &Scene, renderer: &SliceRenderer) -> (Image, slices::Statistics) {
+    let volume = renderer.prepare(scene.volume()).expect("a volume that fits");
+    let classification = renderer.classify(&volume, scene).expect("a mode that slices have");
     renderer.render(&volume, &classification, scene, &|_| {}).expect("a frame")
 }

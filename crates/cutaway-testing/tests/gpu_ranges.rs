@@ -228,7 +228,7 @@ fn fetches_by_pixel() -> Outcome {
     let prepared = gpu.prepare(&volume)?;
     let classification = gpu.classify(&prepared, &scene)?;
     let (image, statistics) = gpu.render(&prepared, &classification, &scene, &|_| {})?;
-    let fetches = gpu.fetch_counts(&prepared, &classification, &scene, &|_| {})?;
+    let (fetches, _) = gpu.fetch_counts(&prepared, &classification, &scene, &|_| {})?;
     let sum: u64 = fetches.counts().iter().map(|c| u64::from(*c)).sum();
     if fetches.size() != SMALL || sum != statistics.samples {
         return Err(format!("{sum} fetches in {:?}, {} in all", fetches.size(), statistics.samples).into());

@@ -6,18 +6,20 @@ use cutaway_core::camera::Camera;
 use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
-use cutaway_core::scene::{Engine, Scene};
+use cutaway_core::scene::{Engine, Mode, Scene};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
 use cutaway_gpu::cells::{CellClassification, PreparedCells};
 use cutaway_gpu::context::{AdapterChoice, adapters};
 use cutaway_gpu::raycast::{self, PreparedVolume};
+use cutaway_gpu::slices::{self, SliceClassification};
 use cutaway_gpu::{
-    CellOptions, CellRenderer, CellStatistics, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer,
+    CellOptions, CellRenderer, CellStatistics, Extras, Gpu, GpuClassification, GpuError, GpuOptions,
+    RaycastRenderer, SliceRenderer,
 };
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
-use crate::args::{SceneArgs, Simd};
+use crate::args::{DebugView, SceneArgs, Simd};
 use crate::report::{Verbosity, wrong_use};
 use crate::scene::Prepared;
 
@@ -41,7 +43,9 @@ pub(crate) struct Counts {
     repaired_lines: Option<u64>,
     skipped_fraction: Option<f64>,
     clip_ms: Option<f64>,
+    gpu_ms: Option<f64>,
     gpu_bytes: Option<u64>,
+    triangles: Option<u64>,
     tetrahedra: Option<u64>,
 }
 
@@ -77,8 +81,25 @@ impl From<cutaway_gpu::Statistics> for Counts {
             rays: Some(s.rays),
             segments: Some(s.segments),
             repaired_lines: Some(s.clip.repaired),
+            skipped_fraction: Some(s.skipped_fraction),
             clip_ms: Some(s.clip.milliseconds),
+            gpu_ms: s.gpu_ms,
             gpu_bytes: Some(s.gpu_bytes),
+            ..Self::default()
+        }
+    }
+}
+
+impl From<slices::Statistics> for Counts {
+    fn from(s: slices::Statistics) -> Self {
+        Self {
+            rays: Some(s.rays),
+            repaired_lines: Some(s.clip.repaired),
+            skipped_fraction: Some(s.skipped_fraction),
+            clip_ms: Some(s.clip.milliseconds),
+            gpu_ms: s.gpu_ms,
+            gpu_bytes: Some(s.gpu_bytes),
+            triangles: Some(s.triangles()),
             ..Self::default()
         }
     }
@@ -95,8 +116,12 @@ enum Running {
     Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
     Raycast(Box<OnGpu>),
     Cells(Box<InCells>),
+    Slices(Box<Sliced>),
     Reference { pool: rayon::ThreadPool },
 }
+
+/// Straight RGB of the proxy geometry's edges: seen against bone, skin and nothing.
+const WIREFRAME: [f32; 3] = [0.1, 0.9, 0.4];
 
 /// The GPU ray caster with a volume made ready.
 struct OnGpu {
@@ -105,6 +130,14 @@ struct OnGpu {
     classification: GpuClassification,
     /// Whether nobody asked for a GPU: the cpu engine may take its place.
     chosen_by_itself: bool,
+    debug: Option<DebugView>,
+}
+
+/// The slice renderer with a volume made ready.
+struct Sliced {
+    renderer: SliceRenderer,
+    volume: slices::PreparedVolume,
+    classification: SliceClassification,
 }
 
 /// The cell renderer with a volume or an unstructured grid made ready.
@@ -147,6 +180,7 @@ impl<'a> Session<'a> {
             }
             Engine::Cpu => cpu.start(&scene)?,
             Engine::Raycast => start_raycast(&scene, args.gpu.as_deref(), false, verbosity)?,
+            Engine::Slices => start_slices(&scene, args.gpu.as_deref(), verbosity)?,
             Engine::Auto => start_auto(&scene, args.gpu.as_deref(), cpu, verbosity)?,
         };
         let load_ms = prepared.loaded.load_ms;
@@ -157,12 +191,36 @@ impl<'a> Session<'a> {
     pub(crate) fn clip_events_home(&self) -> ClipEventsHome {
         match &self.engine {
             Running::Cpu { .. } | Running::Reference { .. } => ClipEventsHome::Cpu,
-            Running::Raycast(_) | Running::Cells(_) => ClipEventsHome::Gpu,
+            Running::Raycast(_) | Running::Slices(_) | Running::Cells(_) => ClipEventsHome::Gpu,
         }
+    }
+
+    /// Whether images come with depths.
+    pub(crate) fn knows_depth(&self) -> bool {
+        let extreme = matches!(self.scene.settings().mode, Mode::Mip | Mode::Minip);
+        !(extreme && matches!(self.engine, Running::Slices(_)))
     }
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {
         Ok(self.scene.set_camera(camera)?)
+    }
+
+    /// Shows how the engine works, from the next frame on; an error where it is not the one that can.
+    pub(crate) fn set_debug(&mut self, view: DebugView) -> anyhow::Result<()> {
+        let Running::Raycast(on_gpu) = &mut self.engine else {
+            return Err(wrong_use("--debug shows how the raycast engine works; add --engine raycast"));
+        };
+        let proxy = on_gpu.renderer.proxy_counts(&on_gpu.classification, &self.scene)?;
+        if view == DebugView::Wireframe && proxy.is_none() {
+            return Err(wrong_use(format!(
+                "--debug wireframe shows proxy geometry, of which there is none in {} mode with --space-skipping {}; take \
+                 cells, fitted, boundary, contour or fitted-contour, and composite or iso mode",
+                self.scene.settings().mode.name(),
+                self.scene.settings().space_skipping.name()
+            )));
+        }
+        on_gpu.debug = Some(view);
+        Ok(())
     }
 
     /// Renders a frame; also its time in milliseconds.
@@ -187,6 +245,11 @@ impl<'a> Session<'a> {
                     c.renderer.render(&c.cells, &c.classification, &self.scene, progress)?;
                 (image, counts.into())
             }
+            Running::Slices(on_gpu) => {
+                let Sliced { renderer, volume, classification } = &**on_gpu;
+                let (image, counts) = renderer.render(volume, classification, &self.scene, progress)?;
+                (image, counts.into())
+            }
             Running::Reference { pool } => {
                 let (image, counts) = pool.install(|| reference::render_with_progress(&self.scene, progress));
                 (image, counts.into())
@@ -200,16 +263,18 @@ impl<'a> Session<'a> {
             Running::Cpu { renderer, .. } => ("cpu", Some(renderer.simd()), renderer.threads()),
             Running::Raycast(_) => ("raycast", None, 1),
             Running::Cells(_) => ("cells", None, 1),
+            Running::Slices(_) => ("slices", None, 1),
             Running::Reference { pool } => ("reference", None, pool.current_num_threads()),
         };
-        let adapter = match &self.engine {
-            Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu().adapter().name.clone()),
-            Running::Cells(in_cells) => Some(in_cells.renderer.gpu().adapter().name.clone()),
+        let gpu = match &self.engine {
+            Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu()),
+            Running::Slices(on_gpu) => Some(on_gpu.renderer.gpu()),
+            Running::Cells(in_cells) => Some(in_cells.renderer.gpu()),
             _ => None,
         };
         StatisticsFile {
             engine,
-            adapter,
+            adapter: gpu.map(|gpu| gpu.adapter().name.clone()),
             simd,
             threads,
             resolution: self.scene.settings().resolution,
@@ -218,6 +283,7 @@ impl<'a> Session<'a> {
             classify_ms: self.classify_ms,
             clip_ms: frame.clip_ms.unwrap_or(0.0),
             frame_ms: FrameTimes::of(times),
+            gpu_ms: frame.gpu_ms,
             samples: frame.samples,
             rays: frame.rays,
             segments: frame.segments,
@@ -225,7 +291,7 @@ impl<'a> Session<'a> {
             skipped_fraction: frame.skipped_fraction,
             peak_rss_bytes: peak_rss_bytes(),
             gpu_bytes: frame.gpu_bytes,
-            triangles_or_tetrahedra: frame.tetrahedra,
+            triangles_or_tetrahedra: frame.triangles.or(frame.tetrahedra),
         }
     }
 }
@@ -248,7 +314,19 @@ impl OnGpu {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, cutaway_gpu::Statistics), GpuError> {
-        self.renderer.render(&self.volume, &self.classification, scene, progress)
+        let (volume, classification) = (&self.volume, &self.classification);
+        match self.debug {
+            None => self.renderer.render(volume, classification, scene, progress),
+            Some(DebugView::Fetches) => {
+                let (counts, statistics) =
+                    self.renderer.fetch_counts(volume, classification, scene, progress)?;
+                Ok((counts.false_color(counts.most()), statistics))
+            }
+            Some(DebugView::Wireframe) => {
+                let extras = Extras { wireframe: Some(WIREFRAME), ..Extras::default() };
+                self.renderer.render_with(volume, classification, scene, &extras, progress)
+            }
+        }
     }
 }
 
@@ -259,15 +337,14 @@ fn start_raycast(
     verbosity: Verbosity,
 ) -> Result<Started, GpuError> {
     let started = Instant::now();
-    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
-    let renderer = RaycastRenderer::new(&Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })?)?;
+    let renderer = RaycastRenderer::new(&gpu(name)?)?;
     let volume = renderer.prepare(scene.volume())?;
     let prepare_ms = milliseconds(started);
     let classified = Instant::now();
     let classification = renderer.classify(&volume, scene)?;
     raycast::notices(scene.settings()).iter().for_each(|notice| verbosity.notice(notice));
     volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
-    let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself };
+    let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself, debug: None };
     Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
 }
 
@@ -278,9 +355,7 @@ fn start_cells(
     verbosity: Verbosity,
 ) -> Result<Started, GpuError> {
     let started = Instant::now();
-    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
-    let gpu = Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })?;
-    let renderer = CellRenderer::new(&gpu, CellOptions::default())?;
+    let renderer = CellRenderer::new(&gpu(name)?, CellOptions::default())?;
     let cells = match mesh {
         Some(mesh) => renderer.prepare_mesh(mesh)?,
         None => renderer.prepare(scene.volume())?,
@@ -291,6 +366,25 @@ fn start_cells(
     cells.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
     let in_cells = InCells { renderer, cells, classification };
     Ok((Running::Cells(Box::new(in_cells)), prepare_ms, milliseconds(classified)))
+}
+
+fn start_slices(scene: &Scene, name: Option<&str>, verbosity: Verbosity) -> Result<Started, GpuError> {
+    let started = Instant::now();
+    let renderer = SliceRenderer::new(&gpu(name)?)?;
+    let volume = renderer.prepare(scene.volume())?;
+    let prepare_ms = milliseconds(started);
+    let classified = Instant::now();
+    let classification = renderer.classify(&volume, scene)?;
+    renderer.notices(scene.settings()).iter().for_each(|notice| verbosity.notice(notice));
+    volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
+    let sliced = Sliced { renderer, volume, classification };
+    Ok((Running::Slices(Box::new(sliced)), prepare_ms, milliseconds(classified)))
+}
+
+/// The GPU of this name, or the best one.
+fn gpu(name: Option<&str>) -> Result<Gpu, GpuError> {
+    let adapter = name.map_or(AdapterChoice::Best, |name| AdapterChoice::Named(name.to_owned()));
+    Gpu::new(&GpuOptions { adapter, ..GpuOptions::default() })
 }
 
 /// A real GPU where there is one; a processor that plays GPU is slower than the cpu engine.

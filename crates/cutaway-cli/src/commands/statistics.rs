@@ -20,6 +20,8 @@ pub(crate) struct StatisticsFile {
     pub(crate) classify_ms: f64,
     pub(crate) clip_ms: f64,
     pub(crate) frame_ms: FrameTimes,
+    /// Of the last frame on the GPU's own clock, rays alone.
+    pub(crate) gpu_ms: Option<f64>,
     pub(crate) samples: Option<u64>,
     pub(crate) rays: Option<u64>,
     pub(crate) segments: Option<u64>,

@@ -11,7 +11,8 @@ use cutaway_core::glam::DVec3;
 use cutaway_core::occupancy::BlockWalk;
 use cutaway_core::scene::Scene;
 use cutaway_core::segment::Segment;
-use cutaway_core::volume::Volume;
+use cutaway_core::volume::{Rescale, Volume};
+use cutaway_core::with_voxels;
 
 use super::Kernel;
 use crate::clipping::{Face, Kept, TileClip};
@@ -19,6 +20,18 @@ use crate::rays::Frame;
 use crate::tiles::{TILE, Tile};
 
 pub(super) fn tile(kernel: &Kernel, frame: &Frame, clip: Option<&TileClip>, tile: &mut Tile) {
+    with_voxels!(frame.volume.voxels(), voxels => {
+        tile_of(kernel, frame, Cells::new(kernel.scene, voxels), clip, tile);
+    });
+}
+
+fn tile_of<T: Stored>(
+    kernel: &Kernel,
+    frame: &Frame,
+    cells: Cells<T>,
+    clip: Option<&TileClip>,
+    tile: &mut Tile,
+) {
     let vanishing = field::vanishing_gradient(frame.volume);
     for y in 0..TILE.min(frame.height - tile.y) {
         for x in 0..TILE.min(frame.width - tile.x) {
@@ -26,7 +39,7 @@ pub(super) fn tile(kernel: &Kernel, frame: &Frame, clip: Option<&TileClip>, tile
             if !frame.wants((px, py), (1, 1)) {
                 continue;
             }
-            let mut surfaces = Surfaces::new(kernel, frame.ray(px, py), vanishing);
+            let mut surfaces = Surfaces::new(kernel, &cells, frame.ray(px, py), vanishing);
             let Ray { origin, direction } = surfaces.ray_in_voxel;
             if let Some(inside) = intersect_box(origin, direction, frame.volume.extent()) {
                 match clip.map(|clip| clip.pixel((px, py))) {
@@ -47,10 +60,66 @@ pub(super) fn tile(kernel: &Kernel, frame: &Frame, clip: Option<&TileClip>, tile
     }
 }
 
+/// A stored voxel.
+trait Stored: Copy + Into<f32> + Into<f64> {}
+
+impl<T: Copy + Into<f32> + Into<f64>> Stored for T {}
+
+/// The cells of a volume, and which of them an isosurface can pass.
+struct Cells<'a, T> {
+    voxels: &'a [T],
+    rescale: Rescale,
+    /// How far apart neighbours along x, y and z are; 0 along an axis of one voxel.
+    strides: [usize; 3],
+    /// Stored numbers of the isovalues, rounded down and up by more than a rescaled number is rounded.
+    levels: Vec<[f32; 2]>,
+}
+
+impl<'a, T: Stored> Cells<'a, T> {
+    fn new(scene: &Scene, voxels: &'a [T]) -> Self {
+        let volume = scene.volume();
+        let [x, y, z] = volume.dimensions().to_array().map(|n| n as usize);
+        let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
+        let strides = [stride(x, 1), stride(y, x), stride(z, x * y)];
+        let rescale = volume.rescale();
+        let bounds = |value: &f64| {
+            let stored = rescale.stored(*value);
+            let rounding = 1e-9 * (stored.abs() + (rescale.intercept / rescale.slope).abs());
+            [((stored - rounding) as f32).next_down(), ((stored + rounding) as f32).next_up()]
+        };
+        let levels = scene.settings().iso.iter().map(bounds).collect();
+        Self { voxels, rescale, strides, levels }
+    }
+
+    /// The stored numbers at the corners of a cell, x fastest.
+    #[inline]
+    fn corners(&self, cell: [i64; 3]) -> [T; 8] {
+        let [sx, sy, sz] = self.strides;
+        let first = cell[0] as usize * sx + cell[1] as usize * sy + cell[2] as usize * sz;
+        std::array::from_fn(|c| self.voxels[first + (c & 1) * sx + (c >> 1 & 1) * sy + (c >> 2 & 1) * sz])
+    }
+
+    /// Whether an isosurface may pass between these corners.
+    #[inline]
+    fn may_be_crossed(&self, corners: &[T; 8]) -> bool {
+        let stored = corners.map(|v| -> f32 { v.into() });
+        let lo = stored.iter().copied().fold(f32::INFINITY, f32::min);
+        let hi = stored.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        self.levels.iter().any(|[below, above]| lo <= *above && hi >= *below)
+    }
+
+    /// Values of corners.
+    #[inline]
+    fn values(&self, corners: &[T; 8]) -> [f64; 8] {
+        corners.map(|v| self.rescale.value(v.into()))
+    }
+}
+
 /// The surfaces that one ray has met.
-struct Surfaces<'a> {
+struct Surfaces<'a, T> {
     scene: &'a Scene<'a>,
     volume: &'a Volume,
+    cells: &'a Cells<'a, T>,
     ray: Ray,
     ray_in_voxel: Ray,
     vanishing: f64,
@@ -62,8 +131,8 @@ struct Surfaces<'a> {
     depth: f64,
 }
 
-impl<'a> Surfaces<'a> {
-    fn new(kernel: &Kernel<'a>, ray: Ray, vanishing: f64) -> Self {
+impl<'a, T: Stored> Surfaces<'a, T> {
+    fn new(kernel: &Kernel<'a>, cells: &'a Cells<'a, T>, ray: Ray, vanishing: f64) -> Self {
         let volume = kernel.scene.volume();
         let ray_in_voxel = Ray {
             origin: volume.voxel_from_world().transform_point3(ray.origin),
@@ -72,6 +141,7 @@ impl<'a> Surfaces<'a> {
         Self {
             scene: kernel.scene,
             volume,
+            cells,
             ray,
             ray_in_voxel,
             vanishing,
@@ -171,8 +241,9 @@ impl<'a> Surfaces<'a> {
         let mut plane: [f64; 3] = std::array::from_fn(|a| {
             if direction[a] > 0.0 { (start[a] + 1e-9).floor() + 1.0 } else { (start[a] - 1e-9).ceil() - 1.0 }
         });
+        let along = direction.recip();
         let distance = |plane: f64, a: usize| {
-            if direction[a] == 0.0 { f64::INFINITY } else { (plane - origin[a]) / direction[a] }
+            if direction[a] == 0.0 { f64::INFINITY } else { (plane - origin[a]) * along[a] }
         };
         while t < t1 {
             let ends: [f64; 3] = std::array::from_fn(|a| distance(plane[a], a));
@@ -200,12 +271,16 @@ impl<'a> Surfaces<'a> {
 
     /// Looks for crossings in a cell that the ray is in between `t` and `t_next`.
     fn cell(&mut self, cell: [i64; 3], t: f64, t_next: f64) -> bool {
-        let corners = field::corner_values(self.volume, cell);
-        let (lo, hi) = corners.iter().fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
-        let settings = self.scene.settings();
-        if !self.above.is_empty() && !settings.iso.iter().any(|v| (lo..=hi).contains(v)) {
+        let corners = self.cells.corners(cell);
+        if !self.above.is_empty() && !self.cells.may_be_crossed(&corners) {
             return false;
         }
+        self.crossed_cell(self.cells.values(&corners), cell, t, t_next)
+    }
+
+    /// Looks for crossings in a cell with these values at its corners.
+    fn crossed_cell(&mut self, corners: [f64; 8], cell: [i64; 3], t: f64, t_next: f64) -> bool {
+        let settings = self.scene.settings();
         let base = DVec3::new(cell[0] as f64, cell[1] as f64, cell[2] as f64);
         let Ray { origin, direction } = self.ray_in_voxel;
         let value = |s: f64| field::trilinear(&corners, origin + direction * (t + s * (t_next - t)) - base);

@@ -416,7 +416,7 @@ impl CellRenderer {
         self.gpu.checked("clearing the image", || {
             let mut encoder =
                 self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            drop(targets.pass(&mut encoder, true));
+            drop(targets.pass(&mut encoder, true, None));
             drop(pass(&mut encoder, target, Some(wgpu::Color::TRANSPARENT)));
             self.gpu.queue().submit([encoder.finish()]);
         })

@@ -7,6 +7,7 @@
 mod adapter;
 mod capabilities;
 pub(crate) mod filter;
+mod stopwatch;
 
 use std::future::Future;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -16,6 +17,7 @@ pub use adapter::{AdapterChoice, AdapterSummary, adapters};
 pub(crate) use capabilities::all_capabilities;
 pub use capabilities::{Capabilities, Fallbacks, Filtering};
 pub use filter::FilterErrors;
+pub(crate) use stopwatch::Stopwatch;
 
 use crate::error::GpuError;
 

@@ -8,7 +8,7 @@ import package::shared::classification::isosurface;
 import package::shared::face::Face;
 import package::shared::frame::frame;
 import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
-import package::shared::ray::{Ray, parallel_axes, past, position};
+import package::shared::ray::{Ray, past, position};
 import package::shared::volume::{Corners, cell_of, corners_of, exact_gradient_at, trilinear};
 import package::raycast::composite::SHADED;
 
@@ -197,8 +197,6 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
 
 fn cell_exit(ray: Ray, cell: vec3i) -> f32 {
     let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), ray.direction > vec3f(0.0));
-    let parallel = parallel_axes(ray.direction);
-    let exit = (side - ray.point) / select(ray.direction, vec3f(1.0), parallel);
-    let far = select(exit, vec3f(1e30), parallel);
+    let far = (side - ray.point) * ray.inverse + ray.never;
     return min(far.x, min(far.y, far.z));
 }

@@ -17,9 +17,10 @@ use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_core::volume::Volume;
 
+use crate::bindings::Inputs;
 use crate::classification::GpuClassification;
 use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
-use crate::context::Gpu;
+use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
 use crate::notice::Notice;
@@ -33,15 +34,16 @@ pub use fetches::FetchCounts;
 #[cfg(test)]
 pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
 pub(crate) use finish::{Finisher, Lattice};
-use pipelines::{Inputs, Pipelines, Variant};
+pub(crate) use pipelines::diffuse_curve;
+use pipelines::{Pipelines, Variant};
 pub(crate) use readback::read;
-pub(crate) use sampling::GpuPreintegration;
+use sampling::SamplingVariant;
+pub(crate) use sampling::cost_of_step;
 pub use sampling::notices;
 #[cfg(test)]
 pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
-use sampling::{GpuDirections, SamplingVariant, cost_of_step};
-use targets::FORMATS;
-pub(crate) use targets::{Targets, tiles};
+pub(crate) use sampling::{GpuDirections, GpuPreintegration, SamplingBindings, SamplingInputs};
+pub(crate) use targets::{FORMATS, SAMPLES_AT_ONCE, Targets, tiles};
 pub(crate) use uniforms::{FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
@@ -63,6 +65,9 @@ pub struct Statistics {
     pub skipped_fraction: f64,
     /// What clipping took; nothing where there is none.
     pub clip: ClipStatistics,
+    /// Milliseconds from the first to the last tile's end on the device's own clock, without what comes before (proxy,
+    /// clipping) and after (reading back); none where it has no timestamps.
+    pub gpu_ms: Option<f64>,
 }
 
 /// Pipelines on a device.
@@ -78,6 +83,7 @@ pub struct RaycastRenderer {
     proxy_options: ProxyOptions,
     ranges: Mutex<Option<RangeTargets>>,
     geometry: GeometryPipelines,
+    stopwatch: Option<Stopwatch>,
 }
 
 /// What is drawn besides the volume.
@@ -112,7 +118,7 @@ impl PreparedVolume {
     }
 
     /// Directions of its gradient, where a scene wants them.
-    fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
+    pub(crate) fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
         if !SamplingVariant::of(scene).wants_directions() {
             return Ok(None);
         }
@@ -144,6 +150,7 @@ impl RaycastRenderer {
         let (targets, ranges, clip) = (Mutex::new(None), Mutex::new(None), Mutex::default());
         let blocks = BlockPipelines::new(gpu)?;
         let finisher = Finisher::new(gpu)?;
+        let stopwatch = Stopwatch::new(gpu)?;
         Ok(Self {
             gpu: gpu.clone(),
             pipelines,
@@ -155,6 +162,7 @@ impl RaycastRenderer {
             proxy_options,
             ranges,
             geometry,
+            stopwatch,
         })
     }
 
@@ -215,15 +223,16 @@ impl RaycastRenderer {
         Ok((frame.image, frame.statistics))
     }
 
-    /// Renders a frame as [`Self::render`] does, for what each ray of it took.
+    /// Renders a frame as [`Self::render`] does, for what each ray of it took, and all of them.
     pub fn fetch_counts(
         &self,
         volume: &PreparedVolume,
         classification: &GpuClassification,
         scene: &Scene,
         progress: &dyn Fn(f32),
-    ) -> Result<FetchCounts, GpuError> {
-        Ok(self.frame(volume, classification, scene, &Extras::default(), progress)?.fetches)
+    ) -> Result<(FetchCounts, Statistics), GpuError> {
+        let frame = self.frame(volume, classification, scene, &Extras::default(), progress)?;
+        Ok((frame.fetches, frame.statistics))
     }
 
     fn frame(
@@ -281,6 +290,8 @@ impl RaycastRenderer {
         *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
         read.statistics.clip = clip;
+        read.statistics.gpu_ms =
+            self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
         Ok(read)
     }
 
@@ -354,9 +365,9 @@ impl RaycastRenderer {
         let pipeline = self.pipelines.get(&self.gpu, variant)?;
         // Until all tiles are submitted no other scene may change which bricks are there.
         let resident = inputs.volume.resident(&self.gpu, scene.volume(), inputs.classification.wanted())?;
-        let groups = self
-            .gpu
-            .checked("a frame's inputs", || self.pipelines.bind(&self.gpu, inputs, &resident, frame))?;
+        let groups = self.gpu.checked("a frame's inputs", || {
+            self.pipelines.bindings().bind(&self.gpu, inputs, &resident, frame)
+        })?;
         let tiles =
             tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
@@ -364,7 +375,9 @@ impl RaycastRenderer {
                 let mut encoder =
                     self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 {
-                    let mut pass = targets.pass(&mut encoder, i == 0);
+                    let (first, last) = (i == 0, i + 1 == tiles.len());
+                    let writes = self.stopwatch.as_ref().and_then(|watch| watch.writes(first, last));
+                    let mut pass = targets.pass(&mut encoder, first, writes);
                     pass.set_pipeline(&pipeline);
                     pass.set_bind_group(0, &groups[0], &[]);
                     pass.set_bind_group(1, &groups[1], &[]);

@@ -18,8 +18,9 @@ struct Projected {
 
 const NOTHING_PROJECTED = Projected(0.0, 0.0, 1e30);
 
-// Steps that are taken without asking whether they are worth it.
-const MOST_PATIENCE = 64;
+// Steps across a block from which on it is worth a look at what is in the block, which takes as long as two or three of
+// them. Across coarse blocks there are always more.
+const STEPS_A_LOOK = 8.0;
 
 // 1 greatest texel, -1 least, 0 mean.
 fn project(
@@ -32,8 +33,9 @@ fn project(
 ) {
     let step = frame.step_length;
     let steps = i32(ceil((t_far - t_near) / step));
+    let along = abs(ray.direction);
+    let fine = frame.block_edge >= STEPS_A_LOOK * step * max(along.x, max(along.y, along.z));
     var i = 0;
-    var patience = 1;
     while i < steps {
         // Up to here samples are taken, or none is: what is known is not to be outdone in such blocks.
         var end = steps;
@@ -41,17 +43,13 @@ fn project(
             end = i + 1;
             if (*projected).length > 0.0 {
                 let t = t_near + f32(i) * step;
-                let stretch = stretch_at(ray, t + 0.5 * min(step, t_far - t), kind, (*projected).value);
+                let stretch = stretch_at(ray, t + 0.5 * min(step, t_far - t), kind, (*projected).value, fine);
                 // The first step whose middle is not within the stretch.
                 end = clamp(i32(ceil((stretch.t_end - t_near) / step - 0.5)), i + 1, steps);
                 if !stretch.promising {
                     i = end;
-                    patience = 1;
                     continue;
                 }
-                // The longer nothing could be skipped, the later the next attempt: asking costs as much as some samples.
-                end = min(max(end, i + patience), steps);
-                patience = min(patience * 2, MOST_PATIENCE);
             }
         }
         for (; i < end; i += 1) {

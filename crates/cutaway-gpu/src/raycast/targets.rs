@@ -62,6 +62,7 @@ impl Targets {
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         first: bool,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
         let load = if first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
         let attachment = |view| {
@@ -75,6 +76,7 @@ impl Targets {
                 attachment(&self.views[1]),
                 attachment(&self.views[2]),
             ],
+            timestamp_writes,
             ..wgpu::RenderPassDescriptor::default()
         })
     }
@@ -105,17 +107,18 @@ pub(crate) struct TileRect {
 }
 
 /// Samples that a software adapter takes in 100 ms at the least (shaded, two cores), and a GPU.
-const SAMPLES_AT_ONCE: [f64; 2] = [4e6, 1e9];
+pub(crate) const SAMPLES_AT_ONCE: [f64; 2] = [4e6, 1e9];
 
 /// Tiles of an image whose rays have up to `steps` steps, each small enough for one submission.
 pub(crate) fn tiles([width, height]: [u32; 2], steps: f64, software: bool) -> Vec<TileRect> {
     let pixels = SAMPLES_AT_ONCE[usize::from(!software)] / steps.max(1.0);
-    // Multiples of 64, which rasterisers work in, as long as that is not too much.
-    let side = pixels.sqrt().clamp(16.0, 16384.0) as u32;
-    let side = if side > 64 { side / 64 * 64 } else { side };
-    let rows = (0..height).step_by(side as usize);
-    rows.flat_map(|y| (0..width).step_by(side as usize).map(move |x| (x, y)))
-        .map(|(x, y)| TileRect { x, y, width: side.min(width - x), height: side.min(height - y) })
+    // Bands of the image: a software rasteriser hands out squares of 64 pixels a side to its threads, and a tile of one such
+    // square would leave all but one of them idle. Pixels go in blocks of four rows at most.
+    let across = ((pixels / 4.0) as u32).clamp(64, width.max(64));
+    let down = (pixels / f64::from(across)).clamp(4.0, 16384.0) as u32 / 4 * 4;
+    let rows = (0..height).step_by(down as usize);
+    rows.flat_map(|y| (0..width).step_by(across as usize).map(move |x| (x, y)))
+        .map(|(x, y)| TileRect { x, y, width: across.min(width - x), height: down.min(height - y) })
         .collect()
 }
 

@@ -64,7 +64,10 @@ pub(crate) struct FrameUniforms {
     pub(crate) adaptive_threshold: f32,
     pub(crate) range_first: f32,
     pub(crate) range_scale: f32,
-    pub(crate) reserved: [u32; 2],
+    pub(crate) per_block_edge: f32,
+    pub(crate) per_coarse_edge: f32,
+    pub(crate) per_voxels: [f32; 3],
+    pub(crate) reserved: u32,
 }
 
 impl FrameUniforms {
@@ -108,6 +111,7 @@ impl FrameUniforms {
         [self.voxel_from_world_x, self.voxel_from_world_y, self.voxel_from_world_z] =
             [m.x_axis, m.y_axis, m.z_axis].map(single);
         self.extent = single(scene.volume().extent());
+        self.per_voxels = single((scene.volume().extent() + 1.0).recip());
     }
 
     fn set_gradient(&mut self, scene: &Scene, volume: &GpuVolume) {
@@ -177,6 +181,7 @@ impl FrameUniforms {
         (self.range_first, self.range_scale) = (ranges.first as f32, ranges.scale as f32);
         self.block_edge = blocks.fine_edge as f32;
         self.coarse_edge = blocks.coarse_edge as f32;
+        (self.per_block_edge, self.per_coarse_edge) = (self.block_edge.recip(), self.coarse_edge.recip());
     }
 }
 

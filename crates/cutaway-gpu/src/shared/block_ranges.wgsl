@@ -32,14 +32,15 @@ fn short_of(ray: Ray, t: f32) -> f32 {
 }
 
 // From the sample at t to where its block ends, short of it by more than rounding: samples in between are in that block.
-fn stretch_at(ray: Ray, t: f32, kind: f32, texel: f32) -> Stretch {
+// Of a coarse block that is promising, the fine one decides if `fine`.
+fn stretch_at(ray: Ray, t: f32, kind: f32, texel: f32, fine: bool) -> Stretch {
     let value = (texel - frame.range_first) * frame.range_scale;
     let p = clamp(position(ray, t), vec3f(0.0), frame.extent);
-    var block = block_at(p, frame.coarse_edge, frame.coarse_blocks);
+    var block = block_at(p, frame.per_coarse_edge, frame.coarse_blocks);
     var edge = frame.coarse_edge;
     var promising = more_extreme(block_ranges[fine_count() + block_index(block, frame.coarse_blocks)], kind, value);
-    if promising {
-        block = block_at(p, frame.block_edge, frame.blocks);
+    if promising && fine {
+        block = block_at(p, frame.per_block_edge, frame.blocks);
         edge = frame.block_edge;
         promising = more_extreme(block_ranges[block_index(block, frame.blocks)], kind, value);
     }

@@ -2,7 +2,7 @@
 // block of which nothing can be visible, or everything, is crossed in one step.
 
 import package::shared::frame::frame;
-import package::shared::ray::{Ray, parallel_axes, past, position};
+import package::shared::ray::{Ray, past, position};
 
 // A bit a block, x fastest: the fine blocks that can be visible; from a new word on two bits a coarse block, the lower of
 // which is set if any block in it can, the upper if all can; then how many fine ones can.
@@ -19,9 +19,9 @@ fn bit(index: u32, first_word: u32) -> bool {
     return extractBits(occupied_bits[first_word + (index >> 5u)], index & 31u, 1u) == 1u;
 }
 
-// The block of `edge` cells that p is in.
-fn block_at(p: vec3f, edge: f32, blocks: vec3u) -> vec3u {
-    return min(vec3u(p / edge), blocks - 1u);
+// The block that p is in, of one over `per_edge` cells.
+fn block_at(p: vec3f, per_edge: f32, blocks: vec3u) -> vec3u {
+    return min(vec3u(p * per_edge), blocks - 1u);
 }
 
 fn block_index(block: vec3u, blocks: vec3u) -> u32 {
@@ -31,9 +31,7 @@ fn block_index(block: vec3u, blocks: vec3u) -> u32 {
 // Where a ray leaves the block of `edge` cells at p.
 fn block_exit(ray: Ray, block: vec3u, edge: f32) -> f32 {
     let side = (vec3f(block) + select(vec3f(0.0), vec3f(1.0), ray.direction > vec3f(0.0))) * edge;
-    let parallel = parallel_axes(ray.direction);
-    let exit = (side - ray.point) / select(ray.direction, vec3f(1.0), parallel);
-    let far = select(exit, vec3f(1e30), parallel);
+    let far = (side - ray.point) * ray.inverse + ray.never;
     return min(far.x, min(far.y, far.z));
 }
 
@@ -49,9 +47,11 @@ fn coarse_state(index: u32) -> u32 {
     return extractBits(occupied_bits[(fine_count() + 31u) / 32u + (index >> 4u)], 2u * (index & 15u), 2u);
 }
 
-fn every_block_is_occupied() -> bool {
+// So few blocks are empty that looking for them takes longer than the samples in them.
+fn hardly_any_block_is_empty() -> bool {
     let coarse = frame.coarse_blocks.x * frame.coarse_blocks.y * frame.coarse_blocks.z;
-    return occupied_bits[(fine_count() + 31u) / 32u + (coarse + 15u) / 16u] == fine_count();
+    let occupied = occupied_bits[(fine_count() + 31u) / 32u + (coarse + 15u) / 16u];
+    return fine_count() - occupied <= fine_count() / 8u;
 }
 
 // A block, fine or coarse, that is all the same.
@@ -62,11 +62,11 @@ struct Uniform {
 }
 
 fn uniform_block_at(p: vec3f) -> Uniform {
-    let coarse = block_at(p, frame.coarse_edge, frame.coarse_blocks);
+    let coarse = block_at(p, frame.per_coarse_edge, frame.coarse_blocks);
     let state = coarse_state(block_index(coarse, frame.coarse_blocks));
     var found = Uniform(coarse, frame.coarse_edge, state == 3u);
     if state == 1u {
-        let block = block_at(p, frame.block_edge, frame.blocks);
+        let block = block_at(p, frame.per_block_edge, frame.blocks);
         found = Uniform(block, frame.block_edge, bit(block_index(block, frame.blocks), 0u));
     }
     return found;
@@ -79,7 +79,7 @@ var<private> visible_range: vec2f = vec2f(-1e30, 1e30);
 fn next_run(ray: Ray, begin: f32, end: f32) -> vec2f {
     let from_t = max(begin, visible_range.x);
     let t_end = min(end, visible_range.y);
-    if !SKIP_BLOCKS || every_block_is_occupied() {
+    if !SKIP_BLOCKS || hardly_any_block_is_empty() {
         return vec2f(from_t, t_end);
     }
     var first = t_end;

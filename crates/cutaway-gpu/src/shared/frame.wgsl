@@ -77,7 +77,12 @@ struct Frame {
     // Ranges of blocks are in 65535ths: (texel - first) * scale.
     range_first: f32,
     range_scale: f32,
-    reserved: vec2u,
+    // One over the edges of blocks and of coarse blocks.
+    per_block_edge: f32,
+    per_coarse_edge: f32,
+    // One over the volume's voxels along each axis.
+    per_voxels: vec3f,
+    reserved: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -12,6 +12,10 @@ struct Ray {
     direction_in_world: vec3f,
     // World distance from the eye to the point: the ray begins at t = -base.
     base: f32,
+    // World units from plane to plane of voxels along each axis, signed; 0 along axes that the ray does not go.
+    inverse: vec3f,
+    // 1e30 along those axes, 0 along the others.
+    never: vec3f,
 }
 
 fn ray_of(pixel: vec2f) -> Ray {
@@ -22,7 +26,11 @@ fn ray_of(pixel: vec2f) -> Ray {
     let direction = frame.voxel_from_world_x * direction_in_world.x
         + frame.voxel_from_world_y * direction_in_world.y
         + frame.voxel_from_world_z * direction_in_world.z;
-    return Ray(point, direction, direction_in_world, select(far, frame.base_distance, frame.parallel == 1u));
+    let zero = parallel_axes(direction);
+    let inverse = select(1.0 / select(direction, vec3f(1.0), zero), vec3f(0.0), zero);
+    let never = select(vec3f(0.0), vec3f(1e30), zero);
+    let base = select(far, frame.base_distance, frame.parallel == 1u);
+    return Ray(point, direction, direction_in_world, base, inverse, never);
 }
 
 fn position(ray: Ray, t: f32) -> vec3f {
@@ -51,9 +59,8 @@ fn box_range(ray: Ray) -> vec2f {
     if any(outside) {
         return vec2f(0.0);
     }
-    let inverse = 1.0 / select(ray.direction, vec3f(1.0), zero);
-    let a = (vec3f(0.0) - ray.point) * inverse;
-    let b = (frame.extent - ray.point) * inverse;
+    let a = (vec3f(0.0) - ray.point) * ray.inverse;
+    let b = (frame.extent - ray.point) * ray.inverse;
     let near = select(min(a, b), vec3f(-1e30), zero);
     let far = select(max(a, b), vec3f(1e30), zero);
     return vec2f(max(max(near.x, near.y), max(near.z, -ray.base)), min(far.x, min(far.y, far.z)));

@@ -25,7 +25,7 @@ fn value_at(p: vec3f) -> f32 {
     if EXACT_FILTERING {
         return exact_value(clamp(p, vec3f(0.0), frame.extent));
     }
-    return textureSampleLevel(voxels, voxel_sampler, (p + 0.5) / (frame.extent + 1.0), 0.0).x;
+    return textureSampleLevel(voxels, voxel_sampler, (p + 0.5) * frame.per_voxels, 0.0).x;
 }
 
 // The field `offset` voxels, one at most, from a position: what gradients are made of. Of the position's brick, for the next

@@ -7,6 +7,7 @@
 mod haferburg;
 mod maximo;
 mod ray_triangle;
+mod rezk_salama;
 mod termeer;
 
 use clap::ValueEnum;
@@ -77,6 +78,7 @@ fn section(section: PaperSection, effort: Effort) -> anyhow::Result<Section> {
         PaperSection::HaferburgFetches => haferburg::fetches(name, effort),
         PaperSection::MaximoRegular => maximo::regular(name, effort),
         PaperSection::MaximoUnstructured => maximo::unstructured(name, effort),
+        PaperSection::Bricks => rezk_salama::bricks(name, effort),
         PaperSection::RayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
     }
 }

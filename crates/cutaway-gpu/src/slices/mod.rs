@@ -1,0 +1,462 @@
+//! The slice renderer (Rezk-Salama and Kolb 2005): polygons across the view, blended back to front.
+//!
+//! Enters: a prepared volume, its classification and a scene. Leaves: an image, and what it took.
+//!
+//! 1. An octree over the volume's blocks (`octree`) hands out the bricks of which something is visible, the farthest first.
+//! 2. Each brick is one instanced draw of six vertices a plane; the vertex shader finds from their numbers alone where the
+//!    plane cuts the brick (`intersection`, `planes`).
+//! 3. A fragment stands for the slab around its plane, which is as long as the pixel's ray is in it, cut where the volume or
+//!    what clipping keeps of it ends; it is blended over what lies behind, or into an extreme value or a sum.
+//! 4. A last pass makes the image of what was blended.
+//!
+//! It differs from the paper where that was needed to meet the integral that all engines share: opacity is that of the slab's
+//! length, which in perspective grows towards the image's border; the last slab before a border is as thick as what is left
+//! of it; and a fragment belongs to the brick in which it is *sampled*, so that bricks neither overlap nor leave seams, be they
+//! of 8 cells or the whole volume. Bricks are a matter of the octree alone: where texels lie in memory is the volume's.
+//!
+//! The depth of a composite pixel that is at least half opaque is the *mean* distance of what is seen in it, weighted by how
+//! much of it is seen: blending cannot tell where opacity passes one half. Extreme values have no depth.
+
+mod intersection;
+mod octree;
+mod pipelines;
+mod planes;
+mod targets;
+
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+use cutaway_core::image::Image;
+use cutaway_core::scene::{
+    Gradient, ImageInterpolation, Mode, RenderSettings, Sampling, Scene, SpaceSkipping,
+};
+use cutaway_core::transfer_function::ClassificationTable;
+use cutaway_core::value_ranges::{BLOCK, ValueRanges};
+use cutaway_core::volume::Volume;
+
+use crate::bindings::Inputs;
+use crate::classification::{GpuClassification, visible};
+use crate::clip_layers::{ClipLayers, ClipStatistics};
+use crate::context::{Gpu, Stopwatch};
+use crate::error::GpuError;
+use crate::notice::Notice;
+use crate::ranges::BlockPipelines;
+use crate::raycast::{
+    self, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, Targets, cost_of_step,
+};
+use crate::volume::GpuVolume;
+use octree::{Brick, Octree};
+use pipelines::{Made, Pipelines, Variant};
+use planes::Planes;
+#[cfg(test)]
+pub(crate) use planes::{BrickRecord, SliceUniforms};
+use targets::SliceTargets;
+
+/// The linked shaders.
+pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/slices_slices.wgsl"));
+pub(crate) const DEVELOP_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/slices_develop.wgsl"));
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Pixels in which something is.
+    pub rays: u64,
+    /// Bricks of which something can be visible.
+    pub bricks: u64,
+    /// The share of all bricks that they are not, 0..=1.
+    pub skipped_fraction: f64,
+    /// Boxes that were drawn, each in one call: bricks, or several that are visible together.
+    pub boxes: u64,
+    /// Polygons, over all boxes.
+    pub slices: u64,
+    /// Bytes on the device: volume, ranges of blocks, tables, targets, clip.
+    pub gpu_bytes: u64,
+    /// What clipping took; nothing where there is none.
+    pub clip: ClipStatistics,
+    /// Milliseconds of blending on the device's own clock; none where it has no timestamps.
+    pub gpu_ms: Option<f64>,
+}
+
+impl Statistics {
+    /// Triangles that were drawn, some of them without area: four a polygon.
+    pub fn triangles(&self) -> u64 {
+        4 * self.slices
+    }
+}
+
+/// Pipelines on a device.
+#[derive(Debug)]
+pub struct SliceRenderer {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    blocks: BlockPipelines,
+    finisher: Finisher,
+    clip: Mutex<ClipLayers>,
+    targets: Mutex<Option<(Targets, SliceTargets)>>,
+    stopwatch: Option<Stopwatch>,
+}
+
+/// A volume made ready: on the device, and what is in its blocks.
+#[derive(Debug)]
+pub struct PreparedVolume {
+    on_device: raycast::PreparedVolume,
+    /// Known to the host, which decides what is drawn; none where the volume has them.
+    ranges: Option<ValueRanges>,
+}
+
+impl PreparedVolume {
+    fn ranges(&self) -> Option<&ValueRanges> {
+        self.on_device.voxels().host_ranges().or(self.ranges.as_ref())
+    }
+
+    /// The voxels on the device.
+    pub fn voxels(&self) -> &GpuVolume {
+        self.on_device.voxels()
+    }
+
+    /// What was substituted so that it fits.
+    pub fn notices(&self) -> Vec<Notice> {
+        self.on_device.notices()
+    }
+}
+
+/// Tables and the octree of one scene's transfer function, mode, step, clip and size of bricks.
+#[derive(Debug)]
+pub struct SliceClassification {
+    on_device: GpuClassification,
+    octree: Octree,
+}
+
+impl SliceClassification {
+    /// Bricks that there are, and those of which something can be visible.
+    pub fn brick_counts(&self) -> [u64; 2] {
+        [self.octree.brick_count(), self.octree.visible_count()]
+    }
+}
+
+/// A box to draw: its vertices begin at six times its place in the list.
+struct Drawn {
+    instances: Range<u32>,
+    /// Fragments of one of them, about.
+    fragments: f64,
+}
+
+impl SliceRenderer {
+    /// Makes what all frames share.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
+            gpu: gpu.clone(),
+            pipelines: Pipelines::new(gpu)?,
+            blocks: BlockPipelines::new(gpu)?,
+            finisher: Finisher::new(gpu)?,
+            clip: Mutex::default(),
+            targets: Mutex::default(),
+            stopwatch: Stopwatch::new(gpu)?,
+        })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// What of these settings it does without or less exactly, in words for whoever asked for it.
+    pub fn notices(&self, settings: &RenderSettings) -> Vec<String> {
+        let composite = settings.mode == Mode::Composite;
+        let all = [
+            (
+                !self.gpu.capabilities().float_blending,
+                "this GPU blends 16-bit floats only: colours are off by up to 0.02, means by up to 3 % of their range",
+            ),
+            (
+                settings.image_interpolation == ImageInterpolation::Adaptive,
+                "slices cover every pixel: no adaptive image interpolation (a factor, 2 to 16, works)",
+            ),
+            (settings.jitter, "slices are not jittered"),
+            (settings.adaptive_threshold.is_some(), "slices are equally far apart: no adaptive steps"),
+            (
+                settings.sampling == Sampling::Object,
+                "slices lie across the view, not on the planes of voxels",
+            ),
+            (
+                !composite && (settings.pre_integration || settings.gradient != Gradient::default()),
+                "pre-integration and kinds of gradient are of composite mode",
+            ),
+        ];
+        all.into_iter().filter(|(is, _)| *is).map(|(_, notice)| notice.to_owned()).collect()
+    }
+
+    /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
+    pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
+        let on_device = raycast::PreparedVolume::new(&self.gpu, &self.blocks, volume)?;
+        let ranges = on_device.voxels().host_ranges().is_none().then(|| ValueRanges::new(volume));
+        Ok(PreparedVolume { on_device, ranges })
+    }
+
+    /// Classifies a prepared volume for a scene.
+    pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<SliceClassification, GpuError> {
+        if scene.settings().mode == Mode::Iso {
+            return Err(GpuError::NoIsosurfaces);
+        }
+        let shared = &volume.on_device;
+        let on_device =
+            GpuClassification::new(&self.gpu, &self.blocks, shared.ranges(), shared.voxels(), scene)?;
+        Ok(SliceClassification { on_device, octree: octree(volume, scene) })
+    }
+
+    /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
+    /// image, 0..=1.
+    pub fn render(
+        &self,
+        volume: &PreparedVolume,
+        classification: &SliceClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, Statistics), GpuError> {
+        let shared = &volume.on_device;
+        debug_assert!(shared.voxels().is_of(scene));
+        let size = Lattice::of(scene).size;
+        let planes = Planes::new(scene, size)?;
+        let variant = Variant::of(&self.gpu, scene, shared.voxels());
+        let (targets, blended) = self.targets(size, variant)?;
+        let uniforms = FrameUniforms::new(scene, shared.voxels(), &classification.on_device, size);
+        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let clip = match scene.clip() {
+            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &uniforms)?,
+            None => ClipStatistics::default(),
+        };
+        let directions = shared.directions(&self.gpu, scene)?;
+        let inputs = Inputs {
+            volume: shared.voxels(),
+            classification: &classification.on_device,
+            blocks: shared.ranges(),
+            range: None,
+            directions,
+            segments: clip_layers.segments().filter(|_| scene.clip().is_some()),
+        };
+        let boxes = classification.octree.back_to_front(&planes.viewpoint());
+        let frame = Frame { scene, planes, variant, uniforms, inputs, targets: &targets, blended: &blended };
+        let slices = self.draw(&frame, &boxes, progress)?;
+        let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
+        let read = raycast::read(&self.gpu, &finished.textures)?;
+        let [all, visible] = classification.brick_counts();
+        let statistics = Statistics {
+            rays: read.statistics.rays,
+            bricks: visible,
+            skipped_fraction: 1.0 - visible as f64 / all as f64,
+            boxes: boxes.len() as u64,
+            slices,
+            gpu_bytes: shared.voxels().bytes()
+                + shared.ranges().bytes()
+                + classification.on_device.bytes()
+                + targets.bytes()
+                + blended.bytes()
+                + finished.bytes
+                + directions.map_or(0, GpuDirections::bytes)
+                + clip_layers.bytes(),
+            clip,
+            gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
+        };
+        *self.targets.lock().unwrap_or_else(PoisonError::into_inner) = Some((targets, blended));
+        Ok((without_false_depths(read.image, scene), statistics))
+    }
+
+    /// Those of the last frame where they fit.
+    fn targets(&self, size: [u32; 2], variant: Variant) -> Result<(Targets, SliceTargets), GpuError> {
+        let kept = self.targets.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let (targets, blended) = kept.filter(|(targets, _)| targets.size() == size).unzip();
+        let targets = match targets {
+            Some(targets) => targets,
+            None => Targets::new(&self.gpu, size)?,
+        };
+        let blended = match blended.filter(|blended: &SliceTargets| blended.is(size, variant.blending())) {
+            Some(blended) => blended,
+            None => SliceTargets::new(&self.gpu, size, variant.blending())?,
+        };
+        Ok((targets, blended))
+    }
+
+    /// Draws all slices and makes the image of them; how many slices there are.
+    fn draw(&self, frame: &Frame, boxes: &[Brick], progress: &dyn Fn(f32)) -> Result<u64, GpuError> {
+        let made = self.pipelines.get(&self.gpu, frame.variant)?;
+        let inputs = &frame.inputs;
+        let clipped = frame.scene.clip().is_some();
+        let (mut records, drawn): (Vec<_>, Vec<_>) = (boxes.iter())
+            .map(|brick| {
+                let (record, instances) = frame.planes.brick(brick, clipped);
+                (record, Drawn { instances, fragments: frame.planes.pixels_of_slice(brick) })
+            })
+            .unzip();
+        // A buffer of nothing cannot be bound.
+        records.resize(records.len().max(1), bytemuck::Zeroable::zeroed());
+        // Until everything is submitted no other scene may change which bricks of the atlas are there.
+        let resident =
+            inputs.volume.resident(&self.gpu, frame.scene.volume(), inputs.classification.wanted())?;
+        let groups = self.gpu.checked("a frame's inputs", || {
+            let uniforms = frame.planes.uniforms(kind(frame.scene));
+            let uniforms =
+                self.gpu.buffer("slices", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
+            let records =
+                self.gpu.buffer("bricks", bytemuck::cast_slice(&records), wgpu::BufferUsages::STORAGE);
+            let scene = self.pipelines.bindings().bind(&self.gpu, inputs, &resident, &frame.uniforms);
+            let slices = self.pipelines.bind_slices(&self.gpu, &uniforms, &records);
+            Groups {
+                scene,
+                slices,
+                blended: self.pipelines.bind_blended(&self.gpu, &uniforms, frame.blended),
+            }
+        })?;
+        let batches = batches(&drawn, self.fragments_at_once(frame.scene));
+        for (i, batch) in batches.iter().enumerate() {
+            self.gpu.checked("drawing slices", || {
+                self.blend(&made, &groups, frame, batch, [i == 0, i + 1 == batches.len()])
+            })?;
+            progress((i + 1) as f32 / batches.len() as f32);
+        }
+        self.gpu.checked("the image of slices", || self.develop(&made, &groups, frame.targets))?;
+        Ok(drawn.iter().map(|d| d.instances.len() as u64).sum())
+    }
+
+    fn fragments_at_once(&self, scene: &Scene) -> f64 {
+        SAMPLES_AT_ONCE[usize::from(!self.gpu.adapter().software)] / cost_of_step(scene)
+    }
+
+    fn blend(
+        &self,
+        made: &Made,
+        groups: &Groups,
+        frame: &Frame,
+        batch: &[(u32, Range<u32>)],
+        [first, last]: [bool; 2],
+    ) {
+        let mut encoder =
+            self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let writes = self.stopwatch.as_ref().and_then(|watch| watch.writes(first, last));
+            let mut pass = frame.blended.pass(&mut encoder, first, writes);
+            pass.set_pipeline(&made.slices);
+            groups.set(&mut pass, &groups.slices);
+            for (brick, instances) in batch {
+                pass.draw(6 * brick..6 * brick + 6, instances.clone());
+            }
+        }
+        self.gpu.queue().submit([encoder.finish()]);
+    }
+
+    fn develop(&self, made: &Made, groups: &Groups, targets: &Targets) {
+        let mut encoder =
+            self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = targets.pass(&mut encoder, true, None);
+            pass.set_pipeline(&made.develop);
+            groups.set(&mut pass, &groups.blended);
+            pass.draw(0..3, 0..1);
+        }
+        self.gpu.queue().submit([encoder.finish()]);
+    }
+}
+
+/// What a frame is drawn from and into.
+struct Frame<'a> {
+    scene: &'a Scene<'a>,
+    planes: Planes,
+    variant: Variant,
+    uniforms: FrameUniforms,
+    inputs: Inputs<'a>,
+    targets: &'a Targets,
+    blended: &'a SliceTargets,
+}
+
+/// What a frame's passes are bound to.
+struct Groups {
+    scene: [wgpu::BindGroup; 3],
+    slices: wgpu::BindGroup,
+    blended: wgpu::BindGroup,
+}
+
+impl Groups {
+    fn set(&self, pass: &mut wgpu::RenderPass, own: &wgpu::BindGroup) {
+        for (i, group) in (0u32..).zip(self.scene.iter().chain([own])) {
+            pass.set_bind_group(i, group, &[]);
+        }
+    }
+}
+
+/// The blocks that a scene makes visible.
+fn octree(volume: &PreparedVolume, scene: &Scene) -> Octree {
+    let settings = scene.settings();
+    let source = scene.volume();
+    let Some(ranges) = volume.ranges() else {
+        return Octree::whole(source.dimensions());
+    };
+    let table = ClassificationTable::new(scene.transfer_function(), source.rescale(), source.stored_range());
+    // A pre-integrated piece depends on values beside its middle, as far as a slab reaches.
+    let reaches = settings.pre_integration;
+    let reach = scene.step_length() / source.spacing().min_element();
+    // Overlaid clip surfaces show where nothing else does.
+    let overlaid = scene.clip().is_some() && scene.clip_shading().overlay > 0.0;
+    let all =
+        overlaid || settings.space_skipping == SpaceSkipping::Off || (reaches && reach > f64::from(BLOCK));
+    let visible = |lo, hi| all || visible(&table, scene, lo, hi);
+    Octree::new(source.dimensions(), ranges, settings.brick_size, visible, reaches)
+}
+
+/// What texels are multiplied by so that the one that is looked for is the greatest.
+fn kind(scene: &Scene) -> f64 {
+    let sign = scene.volume().rescale().slope.signum();
+    if scene.settings().mode == Mode::Minip { -sign } else { sign }
+}
+
+/// Draws in order, as many at a time as make about so many fragments; a box with more is drawn in several goes.
+fn batches(drawn: &[Drawn], fragments_at_once: f64) -> Vec<Vec<(u32, Range<u32>)>> {
+    let mut batches = vec![Vec::new()];
+    let mut room = fragments_at_once;
+    for (brick, d) in (0u32..).zip(drawn) {
+        let mut begin = d.instances.start;
+        while begin < d.instances.end {
+            let fit = (room / d.fragments.max(1.0)).max(1.0) as u32;
+            let end = begin.saturating_add(fit).min(d.instances.end);
+            let last = batches.len() - 1;
+            batches[last].push((brick, begin..end));
+            room -= f64::from(end - begin) * d.fragments;
+            begin = end;
+            if room < d.fragments {
+                batches.push(Vec::new());
+                room = fragments_at_once;
+            }
+        }
+    }
+    batches
+}
+
+/// Where extreme values are is not known.
+fn without_false_depths(image: Image, scene: &Scene) -> Image {
+    if !matches!(scene.settings().mode, Mode::Mip | Mode::Minip) {
+        return image;
+    }
+    let (width, height) = (image.width(), image.height());
+    let (pixels, _) = image.into_parts();
+    Image::new(width, height, pixels).expect("as many pixels as before")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_have_every_slice_once_and_in_order() {
+        let drawn: Vec<Drawn> = [(0..5, 10.0), (3..3, 10.0), (2..100, 1000.0), (0..40, 3.0), (7..9, 1e9)]
+            .map(|(instances, fragments)| Drawn { instances, fragments })
+            .into();
+        for at_once in [1.0, 50.0, 4000.0, 1e12] {
+            let all: Vec<(u32, u32)> = batches(&drawn, at_once)
+                .iter()
+                .flatten()
+                .flat_map(|(brick, instances)| instances.clone().map(|i| (*brick, i)))
+                .collect();
+            let expected: Vec<(u32, u32)> =
+                (0u32..).zip(&drawn).flat_map(|(b, d)| d.instances.clone().map(move |i| (b, i))).collect();
+            assert_eq!(all, expected);
+        }
+    }
+}
