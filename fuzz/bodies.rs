@@ -4,6 +4,7 @@
 
 use cutaway_io::limits::Limits;
 use cutaway_io::mesh::{MeshReadOptions, read_mesh_bytes};
+use cutaway_io::tetrahedra::{TetrahedraReadOptions, read_tetrahedra_bytes};
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
 use cutaway_mesh::patches::Tessellation;
 use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
@@ -76,6 +77,23 @@ pub(crate) fn patches(data: &[u8]) {
                 }
                 Err(error) => assert_one_line(&error.to_string()),
             }
+        }
+        Err(error) => assert_one_line(&error.to_string()),
+    }
+}
+
+/// Unstructured grids: the input is a file of either format.
+pub(crate) fn tetrahedra(data: &[u8]) {
+    let options = TetrahedraReadOptions { limits: Limits { max_bytes: 1 << 20 }, array: None };
+    match read_tetrahedra_bytes("a", data, &options) {
+        Ok(loaded) => {
+            let mesh = loaded.value;
+            assert!(mesh.cells().as_flattened().iter().all(|c| (*c as usize) < mesh.points().len()));
+            assert!(
+                mesh.values().len() == mesh.points().len() && mesh.values().iter().all(|v| v.is_finite())
+            );
+            assert!(mesh.point_gradients().len() == mesh.points().len());
+            loaded.notices.iter().for_each(|notice| assert_one_line(notice));
         }
         Err(error) => assert_one_line(&error.to_string()),
     }

@@ -22,6 +22,12 @@ const SHADERS: &[&str] = &[
     "clip_layers::peel",
     "clip_layers::peel_count",
     "clip_layers::sweep_peel",
+    "cells::select",
+    "cells::project_grid",
+    "cells::project_mesh",
+    "cells::sort",
+    "cells::draw",
+    "cells::widen",
     "slices::slices",
     "slices::develop",
 ];

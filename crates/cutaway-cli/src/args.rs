@@ -482,6 +482,10 @@ pub(crate) enum PaperSection {
     /// Termeer 2005, table 3.1: relative speed of ray-triangle tests
     #[value(name = "termeer-ray-triangle")]
     RayTriangle,
+    /// Maximo 2007, tables 1 and 2: tetrahedra a second of regular grids
+    MaximoRegular,
+    /// The same of meshes of tetrahedra
+    MaximoUnstructured,
 }
 
 /// Bits a channel.

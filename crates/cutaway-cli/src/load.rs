@@ -7,9 +7,11 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use cutaway_core::scene::{RawVolumeSource, VolumeSource};
+use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_core::volume::{Volume, VoxelType};
 use cutaway_io::mesh::recognize;
 use cutaway_io::samples::{self, SampleError, read_sample};
+use cutaway_io::tetrahedra::{self, TetrahedraReadOptions, read_tetrahedra};
 use cutaway_io::volume::{Loaded, RawOptions, ReadError, ReadOptions, read_volume};
 
 use crate::args::RawArgs;
@@ -18,7 +20,10 @@ use crate::values::tip;
 
 /// A volume and how it was come by.
 pub(crate) struct LoadedVolume {
+    /// Of an unstructured grid, what stands in for it.
     pub(crate) volume: Volume,
+    /// An unstructured grid.
+    pub(crate) mesh: Option<TetrahedralMesh>,
     /// What the user calls it, for messages.
     pub(crate) name: String,
     pub(crate) load_ms: f64,
@@ -75,6 +80,12 @@ pub(crate) fn from_scene(source: &VolumeSource, scene: &Path, raw: &RawArgs) -> 
 
 fn load(origin: Origin, said: ReadOptions) -> anyhow::Result<LoadedVolume> {
     let started = Instant::now();
+    if let Origin::File(path) = &origin
+        && said.raw == RawOptions::default()
+        && tetrahedra::recognize(path)
+    {
+        return unstructured(path.clone(), said, started);
+    }
     let loaded = match &origin {
         Origin::Sample(name) => sample(name, &said)?,
         Origin::File(path) if path.as_os_str().is_empty() => {
@@ -87,7 +98,34 @@ fn load(origin: Origin, said: ReadOptions) -> anyhow::Result<LoadedVolume> {
         Origin::Sample(name) => format!("sample:{name}"),
         Origin::File(path) => path.to_string_lossy().into_owned(),
     };
-    Ok(LoadedVolume { volume: loaded.value, name, load_ms, notices: loaded.notices, origin, said })
+    Ok(LoadedVolume {
+        volume: loaded.value,
+        mesh: None,
+        name,
+        load_ms,
+        notices: loaded.notices,
+        origin,
+        said,
+    })
+}
+
+/// An unstructured grid, with its stand-in as the volume.
+fn unstructured(path: PathBuf, said: ReadOptions, started: Instant) -> anyhow::Result<LoadedVolume> {
+    if said.volume_index.is_some_and(|index| index > 0) {
+        let name = path.display();
+        return Err(wrong_use(format!("{name} holds one unstructured grid: leave out --volume-index")));
+    }
+    let options = TetrahedraReadOptions { limits: said.limits, ..TetrahedraReadOptions::default() };
+    let loaded = read_tetrahedra(&path, &options)?;
+    Ok(LoadedVolume {
+        volume: loaded.value.stand_in().clone(),
+        mesh: Some(loaded.value),
+        name: path.to_string_lossy().into_owned(),
+        load_ms: started.elapsed().as_secs_f64() * 1e3,
+        notices: loaded.notices,
+        origin: Origin::File(path),
+        said,
+    })
 }
 
 fn sample(name: &str, said: &ReadOptions) -> anyhow::Result<Loaded<Volume>> {

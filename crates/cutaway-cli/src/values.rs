@@ -104,13 +104,8 @@ fn named<T: Copy>(text: &str, what: &str, all: &[(&str, T)]) -> Result<T, String
 }
 
 pub(crate) fn engine(text: &str) -> Result<Engine, String> {
-    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Slices, Engine::Reference]
+    let all = [Engine::Auto, Engine::Cpu, Engine::Raycast, Engine::Slices, Engine::Cells, Engine::Reference]
         .map(|e| (e.name(), e));
-    if text == "cells" {
-        return Err(format!(
-            "the engine `{text}` does not exist in this version; choose from auto, cpu, raycast, slices, reference"
-        ));
-    }
     named(text, "engine", &all)
 }
 

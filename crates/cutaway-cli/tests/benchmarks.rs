@@ -96,7 +96,9 @@ fn papers_are_sections_of_rows() {
             "termeer-image-size",
             "haferburg-fetches",
             "rezk-salama-bricks",
-            "termeer-ray-triangle"
+            "termeer-ray-triangle",
+            "maximo-regular",
+            "maximo-unstructured"
         ]
     );
     for section in sections {

@@ -134,12 +134,6 @@ fn options_that_do_not_exist_yet_are_refused_by_name() {
             run(folder.path(), &format!("{RENDER} {form}")).fails(2, &[&says]);
         }
     }
-    for engine in ["cells"] {
-        for form in [format!("--engine {engine}"), format!("--engine={engine}")] {
-            run(folder.path(), &format!("{RENDER} {form}"))
-                .fails(2, &[engine, "does not exist in this version"]);
-        }
-    }
     for line in ["view", "view a.nii", "help view"] {
         run(folder.path(), line).fails(2, &["does not exist in this version"]);
     }

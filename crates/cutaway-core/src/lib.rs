@@ -23,6 +23,7 @@ pub mod reference;
 pub mod scene;
 pub mod segment;
 pub mod space;
+pub mod tetrahedra;
 pub mod transfer_function;
 pub mod value_ranges;
 pub mod volume;

@@ -64,6 +64,8 @@ pub enum Engine {
     Raycast,
     /// Slices across the view, blended on the GPU.
     Slices,
+    /// Projected tetrahedra, blended on the GPU: grids, and unstructured grids, which no other engine takes.
+    Cells,
     /// The slow, exact renderer that the others are held against.
     Reference,
 }
@@ -76,6 +78,7 @@ impl Engine {
             Self::Cpu => "cpu",
             Self::Raycast => "raycast",
             Self::Slices => "slices",
+            Self::Cells => "cells",
             Self::Reference => "reference",
         }
     }

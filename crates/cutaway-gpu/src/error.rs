@@ -120,6 +120,22 @@ pub enum GpuError {
         /// The least step that makes no more, in voxels.
         smallest: f64,
     },
+    /// A mode that cells do not have.
+    #[error(
+        "the cell renderer has the composite mode, found {mode}; take `--engine raycast` or `--engine cpu`"
+    )]
+    CellsMode {
+        /// The mode asked for.
+        mode: &'static str,
+    },
+    /// More tetrahedra than a buffer of the device holds.
+    #[error("{cells} tetrahedra do not fit on this GPU, whose buffers hold {most} of them")]
+    MeshTooLarge {
+        /// How many there are.
+        cells: u64,
+        /// How many fit.
+        most: u64,
+    },
     /// The driver refused what should be right: a fault of ours, or of the driver.
     #[error("the GPU refused {what}: {reason}")]
     Refused {

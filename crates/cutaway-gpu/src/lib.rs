@@ -1,7 +1,8 @@
 //! The GPU renderers.
 //!
 //! What enters: a [`Scene`](cutaway_core::scene::Scene). What leaves: an [`Image`](cutaway_core::image::Image). [`raycast`]
-//! casts a ray a pixel in a fragment shader; [`slices`] blends polygons across the view; [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
+//! casts a ray a pixel in a fragment shader; [`slices`] blends polygons across the view; [`cells`] projects tetrahedra;
+//! [`proxy`] finds where rays begin and end; [`geometry`] is what they end at
 //! among the volume.
 //!
 //! | object | holds | made anew |
@@ -19,6 +20,7 @@
 #![forbid(unsafe_code)]
 
 mod bindings;
+pub mod cells;
 mod classification;
 mod clip_layers;
 pub mod context;
@@ -31,6 +33,7 @@ pub mod raycast;
 pub mod slices;
 mod volume;
 
+pub use cells::{CellOptions, CellRenderer, CellStatistics};
 pub use classification::GpuClassification;
 pub use clip_layers::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};

@@ -24,6 +24,12 @@ const SHADERS: &[(&str, &str)] = &[
     ("peel", crate::clip_layers::PEEL_SHADER),
     ("peel_count", crate::clip_layers::PEEL_COUNT_SHADER),
     ("sweep_peel", crate::clip_layers::SWEEP_PEEL_SHADER),
+    ("cells draw", crate::cells::DRAW_SHADER),
+    ("cells select", crate::cells::SELECT_SHADER),
+    ("cells project grid", crate::cells::PROJECT_GRID_SHADER),
+    ("cells project mesh", crate::cells::PROJECT_MESH_SHADER),
+    ("cells sort", crate::cells::SORT_SHADER),
+    ("cells widen", crate::cells::WIDEN_SHADER),
     ("slices", crate::slices::SHADER),
     ("develop", crate::slices::DEVELOP_SHADER),
 ];
@@ -320,4 +326,56 @@ fn sweep_settings_match_the_shader() {
     );
     let words = format!("const OWN_WORDS = {}u", crate::clip_layers::OWN_WORDS);
     assert!(source.contains(&words), "the shader holds another number of words than `{words}`");
+}
+
+#[test]
+fn what_cells_are_told_matches_their_shaders() {
+    use crate::cells::{BasisTetrahedron, MeshTask, Piece, SelectTask, SortTask, ViewUniforms};
+    let draw = module(crate::cells::DRAW_SHADER);
+    assert_layout!(
+        draw,
+        "View",
+        ViewUniforms {
+            x,
+            y,
+            depth,
+            axis,
+            inverse,
+            least_w,
+            eye,
+            size,
+            value_offset,
+            value_scale,
+            per_unit,
+            piece_last,
+            cells_x,
+            cells_y,
+            cells_z,
+            draw_all,
+            reserved_x,
+            reserved_y,
+        }
+    );
+    assert_layout!(draw, "Piece", Piece { low, rise, begin, end, inverse, reserved });
+    assert_layout!(draw, "Basis", BasisTetrahedron { thick, near, far, ring });
+    assert_eq!(size(&draw, "Record"), 64);
+    assert_layout!(
+        module(crate::cells::SELECT_SHADER),
+        "SelectTask",
+        SelectTask {
+            blocks,
+            first,
+            block_pivot,
+            count,
+            cell_pivot,
+            indices,
+            known_edge,
+            reserved_x,
+            reserved_y,
+            reserved_z,
+        }
+    );
+    let mesh = module(crate::cells::PROJECT_MESH_SHADER);
+    assert_layout!(mesh, "MeshTask", MeshTask { first, end, depth_least, depth_scale });
+    assert_layout!(module(crate::cells::SORT_SHADER), "SortTask", SortTask { count, run, shift, reserved });
 }

@@ -11,4 +11,5 @@ pub mod limits;
 pub mod mesh;
 pub mod patches;
 pub mod samples;
+pub mod tetrahedra;
 pub mod volume;

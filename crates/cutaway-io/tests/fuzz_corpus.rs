@@ -48,3 +48,8 @@ fn mesh() {
 fn patches() {
     replay("patches", bodies::patches);
 }
+
+#[test]
+fn tetrahedra() {
+    replay("tetrahedra", bodies::tetrahedra);
+}

@@ -8,4 +8,5 @@ pub mod gpus;
 pub mod random_scenes;
 pub mod real;
 pub mod scenes;
+pub mod tetrahedra;
 pub mod tolerances;

@@ -4,7 +4,7 @@ use cutaway_core::histogram::Histogram;
 use cutaway_core::volume::{Volume, Voxels};
 use serde::Serialize;
 
-use super::{gpu_info, mesh_info};
+use super::{gpu_info, mesh_info, tetrahedra_info};
 use crate::args::InfoArgs;
 use crate::load::{from_argument, is_mesh};
 use crate::report;
@@ -50,6 +50,9 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
         return mesh_info::run(file.as_ref(), args.json);
     }
     let loaded = from_argument(file, &args.raw)?;
+    if let Some(mesh) = &loaded.mesh {
+        return tetrahedra_info::run(&loaded, mesh, args.json);
+    }
     let info = describe(&loaded.name, &loaded.volume, loaded.notices.clone());
     let text = if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { text(&info) };
     report::print(&text)
@@ -117,7 +120,7 @@ fn text(info: &Info) -> String {
 }
 
 /// Bars on a logarithmic scale.
-fn sparkline(counts: &[u64]) -> String {
+pub(super) fn sparkline(counts: &[u64]) -> String {
     const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let most = counts.iter().max().map_or(0.0, |n| (*n as f64).ln_1p()).max(1.0);
     counts.iter().map(|n| BARS[((*n as f64).ln_1p() / most * 8.0).ceil() as usize]).collect()

@@ -12,3 +12,4 @@ pub(crate) mod render;
 pub(crate) mod schema;
 mod session;
 mod statistics;
+mod tetrahedra_info;

@@ -7,11 +7,16 @@ use cutaway_core::clip::ClipEventsHome;
 use cutaway_core::image::Image;
 use cutaway_core::reference;
 use cutaway_core::scene::{Engine, Mode, Scene};
+use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_cpu::{Classification, CpuRenderer, CpuVolume, SimdChoice, Statistics};
+use cutaway_gpu::cells::{CellClassification, PreparedCells};
 use cutaway_gpu::context::{AdapterChoice, adapters};
 use cutaway_gpu::raycast::{self, PreparedVolume};
 use cutaway_gpu::slices::{self, SliceClassification};
-use cutaway_gpu::{Extras, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer, SliceRenderer};
+use cutaway_gpu::{
+    CellOptions, CellRenderer, CellStatistics, Extras, Gpu, GpuClassification, GpuError, GpuOptions,
+    RaycastRenderer, SliceRenderer,
+};
 
 use super::statistics::{FrameTimes, StatisticsFile, peak_rss_bytes};
 use crate::args::{DebugView, SceneArgs, Simd};
@@ -41,6 +46,19 @@ pub(crate) struct Counts {
     gpu_ms: Option<f64>,
     gpu_bytes: Option<u64>,
     triangles: Option<u64>,
+    tetrahedra: Option<u64>,
+}
+
+impl From<CellStatistics> for Counts {
+    fn from(s: CellStatistics) -> Self {
+        Self {
+            repaired_lines: Some(s.clip.repaired),
+            clip_ms: Some(s.clip.milliseconds),
+            gpu_bytes: Some(s.gpu_bytes),
+            tetrahedra: Some(s.drawn),
+            ..Self::default()
+        }
+    }
 }
 
 impl From<Statistics> for Counts {
@@ -97,6 +115,7 @@ impl From<reference::Statistics> for Counts {
 enum Running {
     Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
     Raycast(Box<OnGpu>),
+    Cells(Box<InCells>),
     Slices(Box<Sliced>),
     Reference { pool: rayon::ThreadPool },
 }
@@ -121,6 +140,13 @@ struct Sliced {
     classification: SliceClassification,
 }
 
+/// The cell renderer with a volume or an unstructured grid made ready.
+struct InCells {
+    renderer: CellRenderer,
+    cells: PreparedCells,
+    classification: CellClassification,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct CpuChoice {
     threads: usize,
@@ -138,7 +164,16 @@ impl<'a> Session<'a> {
     ) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
         let cpu = CpuChoice { threads: args.threads, simd: args.simd };
+        let mesh = prepared.loaded.mesh.as_ref();
         let (engine, prepare_ms, classify_ms) = match scene.settings().engine {
+            Engine::Cells => start_cells(&scene, mesh, args.gpu.as_deref(), verbosity)?,
+            Engine::Auto if mesh.is_some() => start_cells(&scene, mesh, args.gpu.as_deref(), verbosity)?,
+            engine if mesh.is_some() => {
+                let (file, engine) = (&prepared.loaded.name, engine.name());
+                return Err(wrong_use(format!(
+                    "{file} is an unstructured grid, which the {engine} engine does not render; take `--engine cells`"
+                )));
+            }
             Engine::Reference => {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
                 (Running::Reference { pool }, 0.0, 0.0)
@@ -156,7 +191,7 @@ impl<'a> Session<'a> {
     pub(crate) fn clip_events_home(&self) -> ClipEventsHome {
         match &self.engine {
             Running::Cpu { .. } | Running::Reference { .. } => ClipEventsHome::Cpu,
-            Running::Raycast(_) | Running::Slices(_) => ClipEventsHome::Gpu,
+            Running::Raycast(_) | Running::Slices(_) | Running::Cells(_) => ClipEventsHome::Gpu,
         }
     }
 
@@ -205,6 +240,11 @@ impl<'a> Session<'a> {
                 }
                 Err(error) => return Err(error.into()),
             },
+            Running::Cells(c) => {
+                let (image, counts) =
+                    c.renderer.render(&c.cells, &c.classification, &self.scene, progress)?;
+                (image, counts.into())
+            }
             Running::Slices(on_gpu) => {
                 let Sliced { renderer, volume, classification } = &**on_gpu;
                 let (image, counts) = renderer.render(volume, classification, &self.scene, progress)?;
@@ -222,12 +262,14 @@ impl<'a> Session<'a> {
         let (engine, simd, threads) = match &self.engine {
             Running::Cpu { renderer, .. } => ("cpu", Some(renderer.simd()), renderer.threads()),
             Running::Raycast(_) => ("raycast", None, 1),
+            Running::Cells(_) => ("cells", None, 1),
             Running::Slices(_) => ("slices", None, 1),
             Running::Reference { pool } => ("reference", None, pool.current_num_threads()),
         };
         let gpu = match &self.engine {
             Running::Raycast(on_gpu) => Some(on_gpu.renderer.gpu()),
             Running::Slices(on_gpu) => Some(on_gpu.renderer.gpu()),
+            Running::Cells(in_cells) => Some(in_cells.renderer.gpu()),
             _ => None,
         };
         StatisticsFile {
@@ -249,7 +291,7 @@ impl<'a> Session<'a> {
             skipped_fraction: frame.skipped_fraction,
             peak_rss_bytes: peak_rss_bytes(),
             gpu_bytes: frame.gpu_bytes,
-            triangles_or_tetrahedra: frame.triangles,
+            triangles_or_tetrahedra: frame.triangles.or(frame.tetrahedra),
         }
     }
 }
@@ -304,6 +346,26 @@ fn start_raycast(
     volume.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
     let on_gpu = OnGpu { renderer, volume, classification, chosen_by_itself, debug: None };
     Ok((Running::Raycast(Box::new(on_gpu)), prepare_ms, milliseconds(classified)))
+}
+
+fn start_cells(
+    scene: &Scene,
+    mesh: Option<&TetrahedralMesh>,
+    name: Option<&str>,
+    verbosity: Verbosity,
+) -> Result<Started, GpuError> {
+    let started = Instant::now();
+    let renderer = CellRenderer::new(&gpu(name)?, CellOptions::default())?;
+    let cells = match mesh {
+        Some(mesh) => renderer.prepare_mesh(mesh)?,
+        None => renderer.prepare(scene.volume())?,
+    };
+    let prepare_ms = milliseconds(started);
+    let classified = Instant::now();
+    let classification = renderer.classify(&cells, scene)?;
+    cells.notices().iter().for_each(|notice| verbosity.notice(&notice.to_string()));
+    let in_cells = InCells { renderer, cells, classification };
+    Ok((Running::Cells(Box::new(in_cells)), prepare_ms, milliseconds(classified)))
 }
 
 fn start_slices(scene: &Scene, name: Option<&str>, verbosity: Verbosity) -> Result<Started, GpuError> {

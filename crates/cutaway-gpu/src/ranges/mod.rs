@@ -22,7 +22,7 @@ pub(crate) use levels::BlockLevels;
 pub(crate) use map::RangeMap;
 #[cfg(test)]
 pub(crate) use occupancy::OccupancyTask;
-pub(crate) use occupancy::{Criterion, Occupancy};
+pub(crate) use occupancy::{Criterion, Occupancy, read_words};
 
 /// The linked shaders.
 pub(crate) const RANGES_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/ranges_value_ranges.wgsl"));

@@ -190,7 +190,7 @@ impl Occupancy {
 }
 
 /// Words of a buffer, by a range of bytes.
-pub(super) fn read_words(
+pub(crate) fn read_words(
     gpu: &Gpu,
     from: &wgpu::Buffer,
     bytes: std::ops::Range<u64>,

@@ -5,6 +5,7 @@
 //! say what was possible, and whether costs grow the same way.
 
 mod haferburg;
+mod maximo;
 mod ray_triangle;
 mod rezk_salama;
 mod termeer;
@@ -75,6 +76,8 @@ fn section(section: PaperSection, effort: Effort) -> anyhow::Result<Section> {
         PaperSection::TermeerSoftware => termeer::software(name, effort),
         PaperSection::TermeerImageSize => termeer::image_size(name, effort),
         PaperSection::HaferburgFetches => haferburg::fetches(name, effort),
+        PaperSection::MaximoRegular => maximo::regular(name, effort),
+        PaperSection::MaximoUnstructured => maximo::unstructured(name, effort),
         PaperSection::Bricks => rezk_salama::bricks(name, effort),
         PaperSection::RayTriangle => Ok(ray_triangle::ray_triangle(name, effort)),
     }

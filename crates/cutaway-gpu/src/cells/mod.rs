@@ -1,0 +1,479 @@
+//! The cell renderer: projected tetrahedra (Maximo et al. 2007, after Shirley and Tuchman), for grids and for meshes.
+//!
+//! Enters: a prepared volume or mesh, its classification and a scene. Leaves: an image. The field is *linear in each
+//! tetrahedron*: a grid's cell is cut into five (or six), so between its corners it is not the trilinear field of the other
+//! engines, only near to it, the nearer the finer the grid; the exact integral of that field is what is drawn.
+//!
+//! 1. Which tetrahedra can be visible, and in which order, is found by compute shaders (`select.wgsl`; `sort.wgsl`).
+//! 2. Each is projected (`project.wgsl`): under parallel rays once for all cells of a grid (`basis`), else one by one.
+//! 3. Each is drawn as a fan of triangles; fragments integrate along their rays (`integral.wgsl`), are cut by clip segments
+//!    and lit, and are blended back to front.
+//!
+//! Order: of grids it is exact, in perspective too. Meshes are sorted by the depth of their centroids, which is right for
+//! most pairs of neighbours and wrong for some where sizes or shapes differ much: see `CellRenderer::prepare_mesh`. What
+//! reaches behind the eye, or is nearer to it than a thousandth of its distance to the volume's middle, is not drawn.
+//! Targets are of 32-bit floats where the device blends those; 16-bit ones round each layer to 11 bits: an image of a
+//! hundred layers is then off by 0.002 or so.
+//!
+//! | object | holds | made anew |
+//! |---|---|---|
+//! | [`CellRenderer`] | pipelines | once |
+//! | [`PreparedCells`] | voxels and ranges, or points and corners | for another volume |
+//! | [`CellClassification`] | occupancy, pieces of the transfer function | on an edit of it |
+
+mod basis;
+mod grid;
+mod mesh;
+mod pipelines;
+mod tables;
+mod view;
+
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use cutaway_core::glam::UVec3;
+use cutaway_core::image::Image;
+use cutaway_core::scene::{Mode, Scene};
+use cutaway_core::tetrahedra::TetrahedralMesh;
+use cutaway_core::volume::Volume;
+
+use crate::classification::GpuClassification;
+use crate::clip_layers::{ClipLayers, ClipStatistics, PeelSettings};
+use crate::context::Gpu;
+use crate::error::GpuError;
+use crate::notice::Notice;
+use crate::ranges::BlockPipelines;
+use crate::raycast::{Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, Targets, read};
+use grid::{GridBuffers, GridFrame};
+use mesh::GpuMesh;
+use pipelines::{Pipelines, Source, Variant, pass};
+use tables::Tables;
+use view::View;
+
+#[cfg(test)]
+pub(crate) use {
+    basis::BasisTetrahedron,
+    grid::SelectTask,
+    mesh::{MeshTask, SortTask},
+    tables::Piece,
+    view::ViewUniforms,
+};
+
+/// The linked shaders.
+pub(crate) const DRAW_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_draw.wgsl"));
+pub(crate) const SELECT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_select.wgsl"));
+pub(crate) const PROJECT_GRID_SHADER: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/cells_project_grid.wgsl"));
+pub(crate) const PROJECT_MESH_SHADER: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/cells_project_mesh.wgsl"));
+pub(crate) const SORT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_sort.wgsl"));
+pub(crate) const WIDEN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_widen.wgsl"));
+
+/// The largest error of the psi table, of a mean transmittance of 0 to 1: for optical depths of up to 8, and of denser
+/// stretches.
+pub const PSI_ERROR: [f64; 2] = [1e-3, 0.03];
+
+/// How a cell of a grid is cut into tetrahedra.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Split {
+    /// Five, mirrored from cell to cell so that faces match.
+    #[default]
+    Five,
+    /// Six around a diagonal, alike in every cell.
+    Six,
+}
+
+impl Split {
+    /// Tetrahedra of a cell.
+    pub fn count(self) -> u32 {
+        match self {
+            Self::Five => 5,
+            Self::Six => 6,
+        }
+    }
+}
+
+/// What a fragment makes of the stretch of its ray in a tetrahedron.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum CellIntegral {
+    /// Colour and extinction of the mean value.
+    Average,
+    /// Partial pre-integration (Moreland and Angel): colour and extinction linear between those at the ends.
+    Partial,
+    /// Cut where the transfer function bends, then integrated.
+    #[default]
+    Exact,
+}
+
+/// How cells are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct CellOptions {
+    /// How a cell of a grid is cut.
+    pub split: Split,
+    /// What a fragment makes of a stretch.
+    pub integral: CellIntegral,
+    /// Whether e^-u comes from a table, for all but [`CellIntegral::Exact`].
+    pub exponential_table: bool,
+    /// Whether setting up and drawing are timed apart, which waits between them.
+    pub timed: bool,
+}
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellStatistics {
+    /// Tetrahedra that there are.
+    pub nominal: u64,
+    /// Tetrahedra that were drawn: visible ones, in front of the eye, that a pixel's centre can be in.
+    pub drawn: u64,
+    /// Bytes on the device.
+    pub gpu_bytes: u64,
+    /// What clipping took.
+    pub clip: ClipStatistics,
+    /// Milliseconds of selecting, projecting and sorting, and of drawing; where [`CellOptions::timed`] asks for them.
+    pub setup_ms: f64,
+    /// See `setup_ms`.
+    pub draw_ms: f64,
+}
+
+/// Pipelines on a device.
+#[derive(Debug)]
+pub struct CellRenderer {
+    gpu: Gpu,
+    options: CellOptions,
+    blocks: BlockPipelines,
+    pipelines: Pipelines,
+    finisher: Finisher,
+    targets: Mutex<Option<Targets>>,
+    grid: Mutex<Option<GridBuffers>>,
+    clip: Mutex<ClipLayers>,
+}
+
+/// A volume or a mesh made ready.
+#[derive(Debug)]
+pub struct PreparedCells {
+    /// Of a mesh, its stand-in.
+    volume: PreparedVolume,
+    cells: UVec3,
+    mesh: Option<GpuMesh>,
+}
+
+impl PreparedCells {
+    /// Tetrahedra that there are, of a grid cut into so many a cell.
+    pub fn tetrahedra(&self, split: Split) -> u64 {
+        let cells = || self.cells.to_array().iter().map(|n| u64::from(*n)).product::<u64>();
+        self.mesh.as_ref().map_or_else(|| cells() * u64::from(split.count()), GpuMesh::cells)
+    }
+
+    /// What was substituted so that it fits.
+    pub fn notices(&self) -> Vec<Notice> {
+        if self.mesh.is_some() { Vec::new() } else { self.volume.notices() }
+    }
+}
+
+/// What a scene makes visible.
+#[derive(Debug)]
+pub struct CellClassification {
+    classification: GpuClassification,
+    tables: Tables,
+}
+
+/// What a frame's draws share.
+struct Drawing<'a> {
+    gpu: &'a Gpu,
+    pipelines: &'a Pipelines,
+    variant: Variant,
+    target: &'a wgpu::TextureView,
+    scene: &'a wgpu::BindGroup,
+    image: &'a wgpu::BindGroup,
+    tables: &'a wgpu::BindGroup,
+    timing: Option<&'a Mutex<Timing>>,
+}
+
+/// Setting up and drawing, one after the other.
+#[derive(Debug)]
+struct Timing {
+    since: Instant,
+    setup_ms: f64,
+    draw_ms: f64,
+}
+
+impl CellRenderer {
+    /// Makes what all frames share.
+    pub fn new(gpu: &Gpu, options: CellOptions) -> Result<Self, GpuError> {
+        Ok(Self {
+            gpu: gpu.clone(),
+            options,
+            blocks: BlockPipelines::new(gpu)?,
+            pipelines: Pipelines::new(gpu)?,
+            finisher: Finisher::new(gpu)?,
+            targets: Mutex::default(),
+            grid: Mutex::default(),
+            clip: Mutex::default(),
+        })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// How cells are drawn.
+    pub fn options(&self) -> CellOptions {
+        self.options
+    }
+
+    /// The same pipelines, drawing otherwise from now on.
+    pub fn set_options(&mut self, options: CellOptions) {
+        self.options = options;
+    }
+
+    /// How far the meshes of clips are peeled, where a scene's `clip_events` say so.
+    pub fn set_peeling(&self, settings: PeelSettings) {
+        self.clip.lock().unwrap_or_else(PoisonError::into_inner).peel_settings = settings;
+    }
+
+    /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
+    pub fn prepare(&self, volume: &Volume) -> Result<PreparedCells, GpuError> {
+        let cells = volume.dimensions().saturating_sub(UVec3::ONE);
+        Ok(PreparedCells { volume: PreparedVolume::new(&self.gpu, &self.blocks, volume)?, cells, mesh: None })
+    }
+
+    /// Makes a mesh ready; scenes of it are made of its [stand-in](TetrahedralMesh::stand_in).
+    ///
+    /// Its tetrahedra are drawn by the depth of their centroids. Of two that overlap in the image the one behind can have the
+    /// nearer centroid, where it is large or long; their colours are then blended in the wrong order, which two like ones do
+    /// not show. `cutaway-testing/tests/gpu_cells.rs` measures what that makes of an image.
+    pub fn prepare_mesh(&self, mesh: &TetrahedralMesh) -> Result<PreparedCells, GpuError> {
+        let volume = PreparedVolume::new(&self.gpu, &self.blocks, mesh.stand_in())?;
+        let [lo, hi] = mesh.stand_in().value_range();
+        let scale = if hi > lo { tables::BINS_OF_RANGE / (hi - lo) } else { 0.0 };
+        let bin_of = |value: f32| ((f64::from(value) - lo) * scale) as f32;
+        let gpu_mesh = GpuMesh::new(&self.gpu, mesh, bin_of)?;
+        Ok(PreparedCells { volume, cells: UVec3::ZERO, mesh: Some(gpu_mesh) })
+    }
+
+    /// Classifies what is prepared for a scene.
+    pub fn classify(&self, cells: &PreparedCells, scene: &Scene) -> Result<CellClassification, GpuError> {
+        check_mode(scene)?;
+        let (ranges, voxels) = (cells.volume.ranges(), cells.volume.voxels());
+        let classification = GpuClassification::new(&self.gpu, &self.blocks, ranges, voxels, scene)?;
+        let tables = Tables::new(&self.gpu, scene, voxels.texels())?;
+        Ok(CellClassification { classification, tables })
+    }
+
+    /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
+    /// image, 0..=1. The image has no depth: fragments come back to front, and none knows what is before it.
+    pub fn render(
+        &self,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, CellStatistics), GpuError> {
+        check_mode(scene)?;
+        let size = Lattice::of(scene).size;
+        let mut kept = self.targets.lock().unwrap_or_else(PoisonError::into_inner);
+        let targets = match kept.take() {
+            Some(targets) if targets.size() == size => targets,
+            _ => Targets::new(&self.gpu, size)?,
+        };
+        let mut statistics = self.draw(cells, classification, scene, &targets, progress)?;
+        let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
+        let image = read(&self.gpu, &finished.textures)?.image;
+        let (pixels, _) = image.clone().into_parts();
+        let image = Image::new(image.width(), image.height(), pixels).expect("as many pixels as before");
+        statistics.gpu_bytes += targets.bytes() + finished.bytes;
+        *kept = Some(targets);
+        Ok((image, statistics))
+    }
+
+    fn draw(
+        &self,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        scene: &Scene,
+        targets: &Targets,
+        progress: &dyn Fn(f32),
+    ) -> Result<CellStatistics, GpuError> {
+        let gpu = &self.gpu;
+        let size = targets.size();
+        let voxels = cells.volume.voxels();
+        let frame = FrameUniforms::new(scene, voxels, &classification.classification, size);
+        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let clip = match scene.clip() {
+            Some(clip) => clip_layers.update(gpu, clip, scene, &frame)?,
+            None => ClipStatistics::default(),
+        };
+        let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
+        let world_from_cells =
+            cells.mesh.as_ref().map_or(*scene.volume().world_from_voxel(), GpuMesh::world_from_cells);
+        let view = View::new(&RayPlane::new(scene, size), &world_from_cells, size);
+        let source = match &cells.mesh {
+            Some(_) => Source::Mesh,
+            None if view.is_parallel() => Source::Basis,
+            None => Source::Grid,
+        };
+        // An overlay is seen in cells that are not.
+        let draw_all = scene.clip().is_some() && scene.clip_shading().overlay > 0.0;
+        let mut uniforms = view.uniforms();
+        classification.tables.describe(&mut uniforms);
+        [uniforms.cells_x, uniforms.cells_y, uniforms.cells_z] = cells.cells.to_array();
+        uniforms.draw_all = u32::from(draw_all);
+        // Until all is submitted no other scene may change which bricks are there.
+        let resident = voxels.resident(gpu, scene.volume(), classification.classification.wanted())?;
+        let target = self.target(targets)?;
+        let [scene_group, image_group, tables_group] = gpu.checked("a frame's inputs", || {
+            let frame = gpu.buffer("frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM);
+            let view = gpu.buffer("view", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
+            let nothing = gpu.buffer("no segments", &[0; 16], wgpu::BufferUsages::STORAGE);
+            [
+                self.pipelines.bind_scene(gpu, &frame, voxels, &classification.classification, &resident),
+                self.pipelines.bind_image(gpu, segments.unwrap_or([&nothing; 2])),
+                self.pipelines.bind_tables(gpu, &view, &classification.tables),
+            ]
+        })?;
+        self.clear(targets, &target)?;
+        let timing = Mutex::new(Timing { since: Instant::now(), setup_ms: 0.0, draw_ms: 0.0 });
+        if self.options.timed {
+            gpu.finish()?;
+        }
+        let drawing = Drawing {
+            gpu,
+            pipelines: &self.pipelines,
+            variant: Variant::of(gpu, scene, voxels, source, self.options),
+            target: &target,
+            scene: &scene_group,
+            image: &image_group,
+            tables: &tables_group,
+            timing: self.options.timed.then_some(&timing),
+        };
+        drawing.restart();
+        let (drawn, bytes) = match &cells.mesh {
+            Some(mesh) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
+            None => self.draw_grid(&drawing, &view, cells, classification, progress)?,
+        };
+        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float {
+            self.pipelines.widen(gpu, &target, &targets.views()[0])?;
+        }
+        drawing.end_of_drawing()?;
+        let timing = timing.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let held = voxels.bytes() + cells.volume.ranges().bytes() + classification.classification.bytes();
+        Ok(CellStatistics {
+            nominal: cells.tetrahedra(self.options.split),
+            drawn,
+            gpu_bytes: held + classification.tables.bytes() + bytes + clip_layers.bytes(),
+            clip,
+            setup_ms: timing.setup_ms,
+            draw_ms: timing.draw_ms,
+        })
+    }
+
+    fn draw_grid(
+        &self,
+        drawing: &Drawing,
+        view: &View,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        progress: &dyn Fn(f32),
+    ) -> Result<(u64, u64), GpuError> {
+        let (split, source) = (self.options.split, drawing.variant.source);
+        let mut kept = self.grid.lock().unwrap_or_else(PoisonError::into_inner);
+        let buffers = match kept.take().filter(|buffers| buffers.fits(cells.cells, split, source)) {
+            Some(buffers) => buffers,
+            None => GridBuffers::new(&self.gpu, cells.cells, split, source)?,
+        };
+        let known_edge = classification.classification.blocks().fine_edge;
+        let frame = GridFrame { view, cells: cells.cells, known_edge };
+        let drawn = buffers.draw(drawing, &frame, progress)?;
+        let bytes = buffers.bytes();
+        *kept = Some(buffers);
+        Ok((drawn, bytes))
+    }
+
+    /// What is drawn into: the image itself, or a narrower one.
+    fn target(&self, targets: &Targets) -> Result<wgpu::TextureView, GpuError> {
+        if self.pipelines.target() == wgpu::TextureFormat::Rgba32Float {
+            return Ok(targets.views()[0].clone());
+        }
+        let [width, height] = targets.size();
+        self.gpu.checked("the image of cells", || {
+            let texture = self.gpu.device().create_texture(&wgpu::TextureDescriptor {
+                label: Some("cells"),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: self.pipelines.target(),
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        })
+    }
+
+    /// Makes everything empty.
+    fn clear(&self, targets: &Targets, target: &wgpu::TextureView) -> Result<(), GpuError> {
+        self.gpu.checked("clearing the image", || {
+            let mut encoder =
+                self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            drop(targets.pass(&mut encoder, true, None));
+            drop(pass(&mut encoder, target, Some(wgpu::Color::TRANSPARENT)));
+            self.gpu.queue().submit([encoder.finish()]);
+        })
+    }
+}
+
+impl Drawing<'_> {
+    fn set(
+        &self,
+        pass: &mut wgpu::RenderPass,
+        pipeline: &wgpu::RenderPipeline,
+        tetrahedra: &wgpu::BindGroup,
+    ) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, self.scene, &[]);
+        pass.set_bind_group(1, self.image, &[]);
+        pass.set_bind_group(2, self.tables, &[]);
+        pass.set_bind_group(3, tetrahedra, &[]);
+    }
+
+    fn restart(&self) {
+        if let Some(timing) = self.timing {
+            timing.lock().unwrap_or_else(PoisonError::into_inner).since = Instant::now();
+        }
+    }
+
+    /// Adds the time since the last call to setting up or to drawing.
+    fn add(&self, to: fn(&mut Timing) -> &mut f64) -> Result<(), GpuError> {
+        let Some(timing) = self.timing else { return Ok(()) };
+        self.gpu.finish()?;
+        let mut timing = timing.lock().unwrap_or_else(PoisonError::into_inner);
+        let passed = timing.since.elapsed().as_secs_f64() * 1e3;
+        *to(&mut timing) += passed;
+        timing.since = Instant::now();
+        Ok(())
+    }
+
+    fn end_of_setup(&self) -> Result<(), GpuError> {
+        self.add(|timing| &mut timing.setup_ms)
+    }
+
+    fn end_of_drawing(&self) -> Result<(), GpuError> {
+        self.add(|timing| &mut timing.draw_ms)
+    }
+}
+
+/// Cells are emission and absorption: an extremum along a ray is no sum over them.
+fn check_mode(scene: &Scene) -> Result<(), GpuError> {
+    match scene.settings().mode {
+        Mode::Composite => Ok(()),
+        mode => Err(GpuError::CellsMode { mode: mode.name() }),
+    }
+}
+
+/// Indices of fans of four triangles around the first of five vertices each.
+fn indices(gpu: &Gpu, tetrahedra: u64) -> wgpu::Buffer {
+    const FAN: [u32; 12] = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1];
+    let all: Vec<u32> = (0..tetrahedra as u32).flat_map(|tet| FAN.map(|vertex| 5 * tet + vertex)).collect();
+    gpu.buffer("indices", bytemuck::cast_slice(&all), wgpu::BufferUsages::INDEX)
+}
