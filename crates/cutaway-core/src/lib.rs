@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod analytic;
+pub mod angiography;
 pub mod blue_noise;
 pub mod camera;
 pub mod clip;

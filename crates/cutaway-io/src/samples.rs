@@ -1,6 +1,7 @@
-//! Volumes that ship with the program: small real ones, and analytic fields of any size.
+//! Volumes that ship with the program: small real ones, and made ones of any size.
 
 use cutaway_core::analytic::AnalyticField;
+use cutaway_core::angiography::{angiography, angiography_dimensions};
 use cutaway_core::volume::Volume;
 
 use crate::volume::{Loaded, MemoryFolder, ReadError, ReadOptions, read_volume_bytes};
@@ -25,6 +26,12 @@ const REAL: [Real; 2] = [
     },
 ];
 
+/// The synthetic vessels.
+const ANGIOGRAPHY: &str = "angiography";
+
+/// Voxels along x of these unless their name says otherwise.
+const ANGIOGRAPHY_SIZE: u32 = 256;
+
 /// Voxels a side of an analytic sample unless its name says otherwise.
 const DEFAULT_SIZE: u32 = 64;
 
@@ -41,7 +48,7 @@ pub enum SampleError {
         /// The name asked for.
         name: String,
     },
-    /// The size of an analytic sample is not a number in range.
+    /// The size of a made sample is not a number in range.
     #[error("sample:{name}:{found}: expected a size of 2 to {LARGEST_SIZE} voxels a side")]
     Size {
         /// The sample.
@@ -78,11 +85,16 @@ pub enum SampleError {
 
 /// Names of all samples, the real ones first.
 pub fn names() -> Vec<&'static str> {
-    REAL.iter().map(|r| r.name).chain(AnalyticField::NAMES).collect()
+    REAL.iter().map(|r| r.name).chain(AnalyticField::NAMES).chain([ANGIOGRAPHY]).collect()
 }
 
 /// What a sample is, in a line.
 pub fn about(name: &str) -> Option<&'static str> {
+    if name == ANGIOGRAPHY {
+        return Some(
+            "synthetic vessels of a head, three sixteenths as deep as wide; `:SIZE` sets its voxels along x",
+        );
+    }
     let real = REAL.iter().find(|r| r.name == name).map(|r| r.about);
     real.or_else(|| AnalyticField::from_name(name).map(|_| "analytic field; `:SIZE` sets its voxels a side"))
 }
@@ -96,22 +108,56 @@ pub fn read_sample(name: &str, options: &ReadOptions) -> Result<Loaded<Volume>, 
             None => Ok(read_volume_bytes("sample.nii.gz", real.file, &MemoryFolder::default(), options)?),
         };
     }
-    let field =
-        AnalyticField::from_name(base).ok_or_else(|| SampleError::Unknown { name: base.to_owned() })?;
+    let made = match AnalyticField::from_name(base) {
+        Some(field) => Made::Field(field),
+        None if base == ANGIOGRAPHY => Made::Angiography,
+        None => return Err(SampleError::Unknown { name: base.to_owned() }),
+    };
     let size = match size {
-        None => DEFAULT_SIZE,
+        None => made.default_size(),
         Some(text) => text
             .parse()
             .ok()
             .filter(|n| (2..=LARGEST_SIZE).contains(n))
             .ok_or_else(|| SampleError::Size { name: base.to_owned(), found: text.to_owned() })?,
     };
-    // Twice what the voxels take: they are made, then stored.
-    let (needed, limit) = (8 * u64::from(size).pow(3), options.limits.max_bytes);
+    let (needed, limit) = (made.bytes(size), options.limits.max_bytes);
     if needed > limit {
         return Err(SampleError::TooLarge { name: base.to_owned(), size, needed, limit });
     }
-    Ok(Loaded { value: field.volume(size), notices: Vec::new() })
+    Ok(Loaded { value: made.volume(size), notices: Vec::new() })
+}
+
+/// A sample that is made on demand.
+enum Made {
+    Field(AnalyticField),
+    Angiography,
+}
+
+impl Made {
+    fn default_size(&self) -> u32 {
+        match self {
+            Self::Field(_) => DEFAULT_SIZE,
+            Self::Angiography => ANGIOGRAPHY_SIZE,
+        }
+    }
+
+    /// Twice what the voxels take: they are made, then stored.
+    fn bytes(&self, size: u32) -> u64 {
+        match self {
+            Self::Field(_) => 8 * u64::from(size).pow(3),
+            Self::Angiography => {
+                4 * angiography_dimensions(size).to_array().map(u64::from).iter().product::<u64>()
+            }
+        }
+    }
+
+    fn volume(&self, size: u32) -> Volume {
+        match self {
+            Self::Field(field) => field.volume(size),
+            Self::Angiography => angiography(size),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -132,6 +178,7 @@ mod tests {
     fn sizes_are_for_analytic_samples_and_bounded() {
         let size = |name: &str| read_sample(name, &ReadOptions::default()).map(|l| l.value.dimensions().x);
         assert_eq!(size("sphere:17").unwrap(), 17);
+        assert_eq!(size("angiography:32").unwrap(), 32);
         let limits = crate::limits::Limits { max_bytes: 1 << 20 };
         let small = ReadOptions { limits, ..ReadOptions::default() };
         assert!(matches!(

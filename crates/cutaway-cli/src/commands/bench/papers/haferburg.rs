@@ -1,7 +1,7 @@
 //! A. Haferburg, *Object-order empty-space skipping*: texture fetches a pixel, from the volume's box against from geometry
 //! around what is visible.
 //!
-//! His volumes are the Stanford bunny and the stag beetle as isosurfaces; here the bundled scans stand for them, with a ball
+//! His volumes are the Stanford bunny and the stag beetle as isosurfaces; here the bundled scans stand for them, with vessels, a ball
 //! in a mostly empty box, and a signal that fills its box, on which skipping can gain nothing and should cost little.
 
 use serde_json::json;
@@ -12,10 +12,14 @@ use crate::commands::statistics::StatisticsFile;
 use crate::scene::Prepared;
 
 /// What is looked at, and how.
-const SCENES: [(&str, &str); 5] = [
+const SCENES: [(&str, &str); 6] = [
     ("bonsai, isosurface", "sample:bonsai --iso 40"),
     ("bonsai, leaves", "sample:bonsai --colormap viridis --range 30,200 --opacity 34,0,60,0.8"),
     ("head, skin", "sample:mr-head --iso 60"),
+    (
+        "angiography, vessels",
+        "sample:angiography:512 --colormap viridis --range 0,4095 --opacity 1800,0,2600,0.6",
+    ),
     ("ball in a box", "sample:sphere --colormap viridis --range 0,1 --opacity 0.7,0,0.8,0.2"),
     ("dense", "sample:marschner-lobb --colormap viridis --range 0,1 --opacity 0,0.002,1,0.01"),
 ];
