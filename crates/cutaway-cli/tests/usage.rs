@@ -20,7 +20,7 @@ fn wrong_values_are_refused_by_option() {
         ("--background 2,0,0", &["--background", "2 is not within 0 to 1"]),
         ("--background -1,0,0", &["--background", "-1 is not within 0 to 1"]),
         ("--background red", &["--background", "`red` is not a number"]),
-        ("--engine gpu", &["--engine", "auto, cpu, raycast, slices, reference"]),
+        ("--engine gpu", &["--engine", "auto, cpu, raycast, slices, cells, reference"]),
         ("--brick-size 9", &["brick_size is 9", "0, or a power of two of 8 to 1024"]),
         ("--brick-size -8", &["--brick-size", "`-8`"]),
         ("--engine referenc", &["did you mean `reference`?"]),

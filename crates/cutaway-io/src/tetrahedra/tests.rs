@@ -298,7 +298,7 @@ fn what_is_wrong_is_said() {
         TetrahedraReadOptions { array: Some("pressure".to_owned()), ..TetrahedraReadOptions::default() };
     let error =
         read_tetrahedra_bytes("a", text.as_bytes(), &named).map(|_| ()).expect_err("no pressure").to_string();
-    assert!(error.contains("`density`") && error.contains("`pressure`"), "{error}");
+    assert!(error.contains("\"density\"") && error.contains("\"pressure\""), "{error}");
     let xml = String::from_utf8(vtu(Way::Text, false, false)).expect("text");
     says(&xml.replace("LittleEndian", "Middle"), "supported are LittleEndian, BigEndian");
     says(
