@@ -14,7 +14,7 @@ struct Record {
     pieces: u32,
     // Depth from the near to the far end of the longest stretch, in world units.
     longest: f32,
-    // In the middle of it, gradient / w of meshes: its direction, and the logarithm of its length in 64ths; 16-bit snorm.
+    // In the middle of it, gradient / w of meshes: its direction, and the logarithm of its length in sixty-fourths; 16-bit snorm.
     gradient: vec2u,
 }
 
