@@ -58,9 +58,53 @@ fn slices_show_what_the_cpu_shows() {
     run(folder.path(), &format!("{scene} --iso 0.5 -o x.png")).fails(1, &["isosurfaces", "--engine raycast"]);
     run(folder.path(), &format!("{scene} --mode mip -o x.png")).succeeds_silently();
     run(folder.path(), &format!("{scene} --mode mip -o x.png --depth-output d.npy"))
-        .fails(2, &["--depth-output", "--engine raycast"]);
+        .fails(2, &["--depth-output", "slices do not know", "--engine cpu or raycast"]);
     let jittered = run(folder.path(), &format!("{scene} --jitter -o x.png"));
     assert!(jittered.err.contains("slices are not jittered"), "{}", jittered.err);
+}
+
+/// Two tetrahedra with a face in common.
+const GRID: &str = "# vtk DataFile Version 3.0
+two tetrahedra
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 5 float
+0 0 0  4 0 0  0 4 0  0 0 4  4 4 4
+CELLS 2 10
+4 0 1 2 3
+4 1 2 3 4
+CELL_TYPES 2
+10
+10
+POINT_DATA 5
+SCALARS density float 1
+LOOKUP_TABLE default
+0 1 2 3 4
+";
+
+#[test]
+fn cells_show_what_the_cpu_shows_and_grids_that_it_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = SCENE.replace("raycast", "cells");
+    let Some(cells) = on_a_gpu(folder.path(), &format!("{scene} -o cells.png")) else { return };
+    cells.succeeds();
+    run(folder.path(), &format!("{} -o cpu.png", SCENE.replace("raycast", "cpu"))).succeeds();
+    // The field of a cell is linear in five tetrahedra, not trilinear.
+    run(folder.path(), "compare cells.png cpu.png --fail-above 0.02").succeeds();
+    run(folder.path(), &format!("{scene} -o x.png --depth-output d.npy"))
+        .fails(2, &["--depth-output", "--engine cpu or raycast"]);
+
+    std::fs::write(folder.path().join("grid.vtk"), GRID).unwrap();
+    let about = run(folder.path(), "info grid.vtk").succeeds();
+    assert!(about.contains("tetrahedra") && about.contains("0 to 4"), "{about}");
+    let look = "--colormap viridis --range 0,4 --opacity 0,0.2,4,0.8 --resolution 40,40";
+    run(folder.path(), &format!("render grid.vtk {look} -o grid.png")).succeeds();
+    let seen = image(folder.path().join("grid.png")).pixels().iter().filter(|p| p[3] > 0.1).count();
+    assert!((40..1600).contains(&seen), "{seen}");
+    run(folder.path(), "render grid.vtk --engine cpu -o x.png").fails(2, &["grid.vtk", "--engine cells"]);
+    let torn: String = GRID.chars().take(GRID.len() - 20).collect();
+    std::fs::write(folder.path().join("torn.vtk"), torn).unwrap();
+    run(folder.path(), "render torn.vtk -o x.png").fails(1, &["torn.vtk"]);
 }
 
 #[test]

@@ -30,11 +30,8 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
     }
     let mut session = Session::new(&prepared, &args.scene, verbosity)?;
-    if args.depth_output.is_some() && !session.knows_depth() {
-        let mode = prepared.settings.mode.name();
-        return Err(wrong_use(format!(
-            "--depth-output: slices do not know where a ray has the value that {mode} mode shows; take --engine raycast"
-        )));
+    if let Some(why) = session.lacks_depth().filter(|_| args.depth_output.is_some()) {
+        return Err(wrong_use(format!("--depth-output: {why}; take --engine cpu or raycast")));
     }
     notice_clip_options(args, &prepared, session.clip_events_home(), verbosity);
     let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;

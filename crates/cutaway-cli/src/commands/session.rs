@@ -195,10 +195,14 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Whether images come with depths.
-    pub(crate) fn knows_depth(&self) -> bool {
+    /// Why images come without depths, if they do.
+    pub(crate) fn lacks_depth(&self) -> Option<&'static str> {
         let extreme = matches!(self.scene.settings().mode, Mode::Mip | Mode::Minip);
-        !(extreme && matches!(self.engine, Running::Slices(_)))
+        match &self.engine {
+            Running::Slices(_) if extreme => Some("slices do not know where a ray has its extreme value"),
+            Running::Cells(_) => Some("cells blend colours alone"),
+            _ => None,
+        }
     }
 
     pub(crate) fn set_camera(&mut self, camera: Camera) -> anyhow::Result<()> {
