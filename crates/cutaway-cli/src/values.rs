@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn near_misses_are_guessed() {
         assert!(mode("composit").unwrap_err().contains("did you mean `composite`"));
-        assert!(engine("cells").unwrap_err().contains("does not exist in this version"));
+        assert!(engine("cell").unwrap_err().contains("did you mean `cells`"));
         assert_eq!(tip("xyz", &["composite"]), "");
     }
 
