@@ -1,7 +1,8 @@
 //! Random scenes through the GPU ray caster: no panic, no error, no NaN; and tame ones against the reference.
 //!
-//! `CUTAWAY_RANDOM_SCENES=10000` tries more of them, `CUTAWAY_RANDOM_SEED=17` one alone, saying what it is made of. A failure
-//! prints its seed and its scene; `CUTAWAY_RANDOM_TABLE=1` prints how far off each tame one is.
+//! `CUTAWAY_RANDOM_SCENES=10000` tries more of them, from `CUTAWAY_RANDOM_FIRST` on (so that several processes can share
+//! them), `CUTAWAY_RANDOM_SEED=17` one alone, saying what it is made of. A failure prints its seed and its scene;
+//! `CUTAWAY_RANDOM_TABLE=1` prints how far off each tame one is.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -53,10 +54,11 @@ fn random_scenes() -> Result<(), Failed> {
         return render(seed, &renderer).map_err(Failed::from);
     }
     let count = number("CUTAWAY_RANDOM_SCENES")?.unwrap_or(SCENES);
+    let first = number("CUTAWAY_RANDOM_FIRST")?.unwrap_or(0);
     let began = Instant::now();
     let mut failures = Vec::new();
     let mut tried_scenes = 0;
-    for seed in 0..count {
+    for seed in first..first.saturating_add(count) {
         tried_scenes += 1;
         let renderer = renderer_of(seed)?;
         let tried = catch_unwind(AssertUnwindSafe(|| render(seed, &renderer)));
