@@ -159,9 +159,9 @@ fn preintegrated_run(pixel: ptr<function, Pixel>, ray: Ray, face: Face, steps: S
     }
 }
 
-// The light at a's end of a step.
+// The light at a's end of a step: on the line through both points, but no less than none.
 fn extrapolated(a: Terms, b: Terms) -> Terms {
-    return Terms(a.factor + BEYOND * (a.factor - b.factor), a.white + BEYOND * (a.white - b.white));
+    return Terms(max(a.factor + BEYOND * (a.factor - b.factor), 0.0), max(a.white + BEYOND * (a.white - b.white), 0.0));
 }
 
 // What a whole step adds, cut down to what there is of it.
