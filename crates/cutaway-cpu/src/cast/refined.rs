@@ -341,7 +341,9 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         let [v0, v1] = line(values[0], values[1]);
         let (lit0, lit1) = match (lights[0], lights[1]) {
             (Some((f0, w0)), Some((f1, w1))) => {
+                // Light is no less than none, wherever the line goes.
                 let ([f0, f1], [w0, w1]) = (line(f0, f1), line(w0, w1));
+                let [f0, f1, w0, w1] = [f0.max(0.0), f1.max(0.0), w0.max(0.0), w1.max(0.0)];
                 (Some((f0, w0)), Some((f1, w1)))
             }
             _ => (None, None),
