@@ -5,7 +5,8 @@
 
 mod history;
 pub mod load;
-mod solids;
+pub mod scene_file;
+pub mod solids;
 mod state;
 
 use std::path::PathBuf;
