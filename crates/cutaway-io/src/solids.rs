@@ -104,6 +104,16 @@ impl SolidCache {
         self.loaded.get(&key(external)).cloned()
     }
 
+    /// How many are kept.
+    pub fn len(&self) -> usize {
+        self.loaded.len()
+    }
+
+    /// Whether none is.
+    pub fn is_empty(&self) -> bool {
+        self.loaded.is_empty()
+    }
+
     /// Keeps what was read from a file.
     pub fn insert(&mut self, external: ExternalSolid<'_>, solid: Arc<dyn Solid>) {
         self.loaded.insert(key(external), solid);

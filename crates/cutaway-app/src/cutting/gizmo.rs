@@ -10,6 +10,7 @@ mod pick;
 mod tests;
 
 pub use drag::{Drag, Snap};
+pub use pick::is_near_half;
 
 use cutaway_core::glam::{DAffine3, DVec2, DVec3};
 

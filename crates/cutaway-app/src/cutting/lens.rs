@@ -20,13 +20,13 @@ impl Lens {
     /// A valid camera and the size of the picture, above 0.
     pub fn new(camera: &Camera, size: DVec2) -> Self {
         let half = camera.orthographic.unwrap_or_else(|| (camera.view_angle.to_radians() * 0.5).tan());
-        Self {
-            eye: DVec3::from_array(camera.position),
-            axes: camera.axes(),
-            size,
-            scale: 2.0 * half / size.y.max(1e-9),
-            orthographic: camera.orthographic.is_some(),
-        }
+        let (eye, scale) = (DVec3::from_array(camera.position), 2.0 * half / size.y.max(1e-9));
+        Self::of_view(eye, camera.axes(), size, scale, camera.orthographic.is_some())
+    }
+
+    /// A view whose numbers are known: `scale` is world units a unit of the picture, in perspective at a depth of 1.
+    pub fn of_view(eye: DVec3, axes: ViewAxes, size: DVec2, scale: f64, orthographic: bool) -> Self {
+        Self { eye, axes, size, scale, orthographic }
     }
 
     /// The ray through a point of the picture.

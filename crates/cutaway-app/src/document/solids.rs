@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cutaway_core::clip::{Clip, ClipFile, ClipSource, ExternalSolid, Node, Solid};
-use cutaway_io::solids::{LoadedSolid, SolidCache, read_solid};
+pub use cutaway_io::solids::LoadedSolid;
+use cutaway_io::solids::{SolidCache, read_solid};
 use cutaway_mesh::EventFinder;
 
 /// Solids by the path that names them.
@@ -27,6 +28,16 @@ impl Solids {
         if let Some(external) = source.external() {
             self.cache.insert(external, solid);
         }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.cache.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.cache.is_empty()
     }
 
     /// The solid of a source; none where its file was not read yet.

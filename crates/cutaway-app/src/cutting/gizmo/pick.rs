@@ -68,7 +68,7 @@ fn distance(frame: &Frame, lens: &Lens, handle: Handle, size: f64, point: DVec2)
 }
 
 /// Only the half of a ring that is on the viewer's side can be grabbed, else every click would meet two.
-pub(in crate::cutting) fn is_near_half(frame: &Frame, lens: &Lens, handle: Handle, at: DVec3) -> bool {
+pub fn is_near_half(frame: &Frame, lens: &Lens, handle: Handle, at: DVec3) -> bool {
     let forward = lens.direction_to(frame.center);
     let edge = 0.02 * (at - frame.center).length();
     handle == Handle::ViewRing || (at - frame.center).dot(forward) <= edge
