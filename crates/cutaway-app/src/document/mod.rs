@@ -6,6 +6,7 @@
 mod history;
 pub mod load;
 mod operands;
+pub mod scene_file;
 pub mod solids;
 mod state;
 

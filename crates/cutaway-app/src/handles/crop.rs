@@ -35,8 +35,20 @@ impl CropHandles {
         projection: &Projection,
         document: &mut Document,
     ) -> bool {
+        self.show_if(true, ui, response, projection, document)
+    }
+
+    /// The same; where something else has the pointer, it does not listen.
+    pub(super) fn show_if(
+        &mut self,
+        listens: bool,
+        ui: &mut Ui,
+        response: &Response,
+        projection: &Projection,
+        document: &mut Document,
+    ) -> bool {
         let seen = Seen::new(projection);
-        let grip = Grip::new(ui, response, &seen, self.dragging.has_pointer());
+        let grip = Grip::new(ui, response, &seen, self.dragging.has_pointer(), listens);
         let frame = CropFrame::new(&document.volume().volume);
         match (grip, self.dragging, document.state().cutting.crop) {
             (Grip::Released(_), ..) => {
@@ -67,6 +79,10 @@ impl CropHandles {
         if let Some(crop) = document.state().cutting.crop {
             self.paint(ui, response, &seen, &frame, &crop);
         }
+        self.dragging.has_pointer()
+    }
+
+    pub(super) fn has_pointer(&self) -> bool {
         self.dragging.has_pointer()
     }
 

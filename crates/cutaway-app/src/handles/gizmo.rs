@@ -44,8 +44,20 @@ impl Gizmo {
         projection: &Projection,
         document: &mut Document,
     ) -> bool {
+        self.show_if(true, ui, response, projection, document)
+    }
+
+    /// The same; where something else has the pointer, it does not listen.
+    pub(super) fn show_if(
+        &mut self,
+        listens: bool,
+        ui: &mut Ui,
+        response: &Response,
+        projection: &Projection,
+        document: &mut Document,
+    ) -> bool {
         let seen = Seen::new(projection);
-        let grip = Grip::new(ui, response, &seen, self.dragging.has_pointer());
+        let grip = Grip::new(ui, response, &seen, self.dragging.has_pointer(), listens);
         let Some((id, frame)) = self.frame(document) else {
             return self.let_go(&grip);
         };

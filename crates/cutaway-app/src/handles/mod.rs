@@ -19,7 +19,47 @@ pub use gizmo::Gizmo;
 pub use rectangle::RectangleClip;
 
 use crate::cutting::lens::Lens;
+use crate::document::Document;
 use crate::picture::Projection;
+
+/// All handles of the picture; of those that lie over each other only one is dragged.
+#[derive(Clone, Debug, Default)]
+pub struct Handles {
+    /// A rectangle that trims the crop box.
+    pub rectangle: RectangleClip,
+    /// The crop box.
+    pub crop: CropHandles,
+    /// The selected operand's.
+    pub gizmo: Gizmo,
+}
+
+impl Handles {
+    /// Switches, in a row of tools.
+    pub fn controls(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            ui.label("Handles along");
+            self.gizmo.controls(ui);
+            ui.separator();
+            self.rectangle.controls(ui);
+        });
+    }
+
+    /// Paints them and lets them be dragged; whether one of them has the pointer, so that the camera must not move.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        response: &Response,
+        projection: &Projection,
+        document: &mut Document,
+    ) -> bool {
+        // Whichever has the pointer keeps it; else the gizmo, which is asked for by a selection, comes before the box.
+        let mut taken = self.rectangle.show_if(true, ui, response, projection, document);
+        let free = !taken && !self.crop.has_pointer();
+        taken |= self.gizmo.show_if(free, ui, response, projection, document);
+        taken |= self.crop.show_if(!taken, ui, response, projection, document);
+        taken
+    }
+}
 
 /// Colours of the axes x, y and z, and of what belongs to none.
 const COLORS: [Color32; 4] = [
@@ -93,8 +133,8 @@ enum Grip {
 }
 
 impl Grip {
-    /// `holding`: whether it was pressed on a handle before.
-    fn new(ui: &Ui, response: &Response, seen: &Seen, holding: bool) -> Self {
+    /// `holding`: whether it was pressed on a handle before; `listens`: whether it may be, nothing else having it.
+    fn new(ui: &Ui, response: &Response, seen: &Seen, holding: bool, listens: bool) -> Self {
         let (pressed, down, at) = ui.input(|input| {
             let pointer = &input.pointer;
             (pointer.primary_pressed(), pointer.primary_down(), pointer.interact_pos())
@@ -109,8 +149,9 @@ impl Grip {
                 None => Self::Released(at),
             };
         }
-        match at.filter(|_| pressed && response.contains_pointer()) {
+        match at.filter(|_| pressed && listens && response.contains_pointer()) {
             Some(at) => Self::Pressed(at),
+            None if !listens => Self::Hover(None),
             None => Self::Hover(response.hover_pos().map(|at| seen.point(at))),
         }
     }

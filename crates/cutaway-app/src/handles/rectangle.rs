@@ -39,11 +39,23 @@ impl RectangleClip {
         projection: &Projection,
         document: &mut Document,
     ) -> bool {
+        self.show_if(true, ui, response, projection, document)
+    }
+
+    /// The same; where something else has the pointer, it does not listen.
+    pub(super) fn show_if(
+        &mut self,
+        listens: bool,
+        ui: &mut Ui,
+        response: &Response,
+        projection: &Projection,
+        document: &mut Document,
+    ) -> bool {
         if !self.on && !self.dragging.has_pointer() {
             return false;
         }
         let seen = Seen::new(projection);
-        match (Grip::new(ui, response, &seen, self.dragging.has_pointer()), self.dragging) {
+        match (Grip::new(ui, response, &seen, self.dragging.has_pointer(), listens), self.dragging) {
             (Grip::Hover(_), _) => {
                 if ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
                     self.on = false;

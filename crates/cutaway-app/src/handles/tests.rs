@@ -12,9 +12,7 @@ use crate::testing::document;
 /// The picture with all its handles.
 struct Picture {
     document: Document,
-    gizmo: Gizmo,
-    crop: CropHandles,
-    rectangle: RectangleClip,
+    handles: Handles,
     /// Whether any of them had the pointer, frame by frame.
     held: Vec<bool>,
 }
@@ -25,9 +23,7 @@ impl Picture {
         let camera = self.document.state().camera.clone();
         let projection = Projection::new(&camera, rect);
         let (ui, document) = (ui, &mut self.document);
-        let held = self.rectangle.show(ui, &response, &projection, document)
-            || self.crop.show(ui, &response, &projection, document)
-            || self.gizmo.show(ui, &response, &projection, document);
+        let held = self.handles.show(ui, &response, &projection, document);
         self.held.push(held);
     }
 
@@ -37,13 +33,7 @@ impl Picture {
 }
 
 fn harness(document: Document) -> Harness<'static, Picture> {
-    let picture = Picture {
-        document,
-        gizmo: Gizmo::default(),
-        crop: CropHandles::default(),
-        rectangle: RectangleClip::default(),
-        held: Vec::new(),
-    };
+    let picture = Picture { document, handles: Handles::default(), held: Vec::new() };
     let builder = Harness::builder().with_size(vec2(700.0, 520.0));
     builder.build_ui_state(|ui, picture: &mut Picture| picture.show(ui), picture)
 }
@@ -165,7 +155,7 @@ fn ctrl_goes_in_steps_of_a_voxel() {
     let (mut harness, _) = with_ball();
     harness.run();
     let from = place(&harness, "move along z");
-    harness.input_mut().modifiers = Modifiers::COMMAND;
+    harness.event(egui::Event::ModifiersChanged(Modifiers::COMMAND));
     drag(&mut harness, from, vec2(0.0, -61.0));
     let moved = harness.state().pose().world_from_object().translation;
     assert!(moved.z >= 1.0 && (moved.z - moved.z.round()).abs() < 1e-9, "{moved}");
@@ -238,7 +228,7 @@ fn a_rectangle_trims_and_is_off_again() {
     drag(&mut harness, from, to - from);
     release(&mut harness, to);
     assert_eq!(harness.state().document.state().cutting.crop, None, "it was not on");
-    harness.state_mut().rectangle.on = true;
+    harness.state_mut().handles.rectangle.on = true;
     drag(&mut harness, from, to - from);
     assert_eq!(harness.state().held.last(), Some(&true));
     release(&mut harness, to);
@@ -246,15 +236,15 @@ fn a_rectangle_trims_and_is_off_again() {
     let whole = CropBox::whole(&harness.state().document.volume().volume);
     let trimmed = DVec3::select(crop.min.cmpne(whole.min) | crop.max.cmpne(whole.max), DVec3::ONE, DVec3::ZERO);
     assert_eq!(trimmed.element_sum(), 2.0, "{crop:?}: all but the axis of the view");
-    assert!(!harness.state().rectangle.on);
+    assert!(!harness.state().handles.rectangle.on);
     harness.state_mut().document.undo();
     assert_eq!(harness.state().document.state().cutting.crop, None);
     // Escape while it is drawn.
-    harness.state_mut().rectangle.on = true;
+    harness.state_mut().handles.rectangle.on = true;
     drag(&mut harness, from, to - from);
     harness.key_press(Key::Escape);
     harness.run();
     release(&mut harness, to);
     assert_eq!(harness.state().document.state().cutting.crop, None);
-    assert!(!harness.state().rectangle.on);
+    assert!(!harness.state().handles.rectangle.on);
 }
