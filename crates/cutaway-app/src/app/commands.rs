@@ -57,7 +57,8 @@ impl App {
             },
             Purpose::AddSolid => match solid_source(path) {
                 Ok(source) => {
-                    self.jobs.read_solid(source.clone());
+                    // Once more, if it could not be read before.
+                    self.reading.retain(|other| *other != source);
                     if let Some(document) = &mut self.document {
                         self.panels.add_solid(document, source);
                     }

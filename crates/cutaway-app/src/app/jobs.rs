@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use cutaway_core::clip::ClipSource;
 use cutaway_core::scene::SceneFile;
-use cutaway_io::patches;
+use cutaway_io::solids::source_of_file;
 
 use crate::command::Purpose;
 use crate::document::solids::LoadedSolid;
@@ -166,11 +166,7 @@ pub(super) fn solid_source(path: &Path) -> Result<ClipSource, String> {
         .into_os_string()
         .into_string()
         .map_err(|_| format!("{name}: clip expressions hold names in Unicode only; rename the file"))?;
-    Ok(if patches::recognize(Path::new(&path)) {
-        ClipSource::Patches { path, tolerance: None }
-    } else {
-        ClipSource::Mesh { path }
-    })
+    Ok(source_of_file(path))
 }
 
 /// Shows a file dialog and waits for it; none where it is dismissed.

@@ -1,5 +1,6 @@
 //! The panels beside the picture. They hold how they are drawn, and no part of the scene.
 
+pub mod cutting;
 mod export;
 
 use std::path::Path;
@@ -9,8 +10,10 @@ use egui::{Response, Ui};
 
 use crate::command::{Command, Purpose};
 use crate::document::Document;
+use crate::handles::Handles;
 use crate::picture::{Overlays, Projection};
 use crate::slices::Slices;
+pub use cutting::CuttingPanel;
 pub use export::ExportPanel;
 
 /// All panels.
@@ -18,6 +21,10 @@ pub use export::ExportPanel;
 pub struct Panels {
     /// Slices beside the picture, and what points at them.
     pub slices: Slices,
+    /// What cuts.
+    pub cutting: CuttingPanel,
+    /// What is dragged in the picture.
+    pub handles: Handles,
     /// What pictures and films are to be.
     pub export: ExportPanel,
 }
@@ -29,11 +36,15 @@ impl Panels {
     }
 
     /// Draws the panels.
-    pub fn show(&mut self, ui: &mut Ui, _document: &mut Document, commands: &mut Vec<Command>) {
+    pub fn show(&mut self, ui: &mut Ui, document: &mut Document, commands: &mut Vec<Command>) {
         egui::ScrollArea::vertical().show(ui, |ui| {
             ui.collapsing("Transfer function", |_ui| {});
             ui.collapsing("Light", |_ui| {});
-            ui.collapsing("Cutting", |_ui| {});
+            ui.collapsing("Cutting", |ui| {
+                self.cutting.show(ui, document, commands);
+                ui.separator();
+                self.handles.controls(ui);
+            });
             ui.collapsing("Pictures and films", |ui| self.export.show(ui, commands));
         });
     }
@@ -41,17 +52,19 @@ impl Panels {
     /// Draws what lies in the picture and is moved there; whether it has the pointer, so that the camera must not move.
     pub fn in_picture(
         &mut self,
-        _ui: &mut Ui,
-        _response: &Response,
-        _projection: &Projection,
-        _document: &mut Document,
+        ui: &mut Ui,
+        response: &Response,
+        projection: &Projection,
+        document: &mut Document,
         _commands: &mut Vec<Command>,
     ) -> bool {
-        false
+        self.handles.show(ui, response, projection, document)
     }
 
     /// Adds an operand that cuts with a surface.
-    pub fn add_solid(&mut self, _document: &mut Document, _source: ClipSource) {}
+    pub fn add_solid(&mut self, document: &mut Document, source: ClipSource) {
+        document.add_solid(source);
+    }
 
     /// Reads or writes the transfer function.
     ///
