@@ -98,8 +98,8 @@ impl App {
 
     fn save_scene(&mut self, path: &Path) {
         let Some(document) = &mut self.document else { return };
-        let notes = self.panels.notes(document, self.picture.overlays);
-        match scene_file::write(document, path, Some(notes)) {
+        let notes = self.panels.notes(self.picture.overlays);
+        match scene_file::write(document, path, notes.to_value()) {
             Ok(()) => self.readout.notices = vec![format!("saved {}", path.display())],
             Err(line) => self.errors.push(line),
         }

@@ -196,6 +196,9 @@ impl App {
         self.document = Some(Document::new(volume, state, solids, path));
         self.picture.clear();
         self.panels.opened(viewer.as_ref());
+        if let Some(notes) = viewer {
+            self.picture.overlays = notes.overlays;
+        }
         self.readout.notices = notices;
         self.asked = None;
         self.opening = false;

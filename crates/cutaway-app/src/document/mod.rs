@@ -5,6 +5,7 @@
 
 mod history;
 pub mod load;
+pub mod notes;
 mod operands;
 pub mod scene_file;
 pub mod solids;
@@ -19,6 +20,7 @@ use crate::cutting::OperandId;
 
 pub use history::History;
 pub use load::OpenVolume;
+pub use notes::ViewerNotes;
 pub use solids::Solids;
 pub use state::SceneState;
 
@@ -41,7 +43,15 @@ pub struct Document {
 impl Document {
     /// A volume, and how it is first seen.
     pub fn new(volume: Arc<OpenVolume>, state: SceneState, solids: Solids, path: Option<PathBuf>) -> Self {
-        Self { volume, saved: state.clone(), state, history: History::default(), solids, selected: None, path }
+        Self {
+            volume,
+            saved: state.clone(),
+            state,
+            history: History::default(),
+            solids,
+            selected: None,
+            path,
+        }
     }
 
     /// The volume.

@@ -199,7 +199,8 @@ impl Gizmo {
                 places.into_iter().find(own)
             }
             Handle::ScaleAxis(axis) => {
-                let (place, color) = (at(frame.scale_axes[axis], lengths::SCALE_BOX)?, self.color(handle, axis));
+                let (place, color) =
+                    (at(frame.scale_axes[axis], lengths::SCALE_BOX)?, self.color(handle, axis));
                 square(painter, place, 5.0, color);
                 Some(place)
             }
@@ -207,7 +208,11 @@ impl Gizmo {
                 let corners = seen.line(&frame.square(axis, size))?;
                 let color = self.color(handle, axis);
                 let middle = corners[0].lerp(corners[2], 0.5);
-                painter.add(Shape::convex_polygon(corners, color.gamma_multiply(0.45), Stroke::new(1.0, color)));
+                painter.add(Shape::convex_polygon(
+                    corners,
+                    color.gamma_multiply(0.45),
+                    Stroke::new(1.0, color),
+                ));
                 Some(middle)
             }
             Handle::Ring(axis) => self.paint_ring(painter, seen, frame, handle, axis, lengths::RING * size),

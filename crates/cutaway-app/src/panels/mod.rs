@@ -9,7 +9,7 @@ use cutaway_core::clip::ClipSource;
 use egui::{Response, Ui};
 
 use crate::command::{Command, Purpose};
-use crate::document::Document;
+use crate::document::{Document, ViewerNotes};
 use crate::handles::Handles;
 use crate::picture::{Overlays, Projection};
 use crate::slices::Slices;
@@ -30,9 +30,9 @@ pub struct Panels {
 }
 
 impl Panels {
-    /// Another document is open; `viewer` is what its scene file kept for a viewer.
-    pub fn opened(&mut self, _viewer: Option<&serde_json::Value>) {
-        self.slices.opened();
+    /// Another document is open; `notes` is what its scene file kept for a viewer.
+    pub fn opened(&mut self, notes: Option<&ViewerNotes>) {
+        self.slices.opened(notes.map(|notes| &notes.slices));
     }
 
     /// Draws the panels.
@@ -80,8 +80,8 @@ impl Panels {
     }
 
     /// What a scene file keeps for a viewer.
-    pub fn notes(&self, _document: &Document, overlays: Overlays) -> serde_json::Value {
-        serde_json::json!({ "overlays": overlays })
+    pub fn notes(&self, overlays: Overlays) -> ViewerNotes {
+        ViewerNotes { overlays, slices: self.slices.notes() }
     }
 
     /// Shows three slices beside the picture, or no longer.
