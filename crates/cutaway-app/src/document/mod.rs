@@ -41,7 +41,15 @@ pub struct Document {
 impl Document {
     /// A volume, and how it is first seen.
     pub fn new(volume: Arc<OpenVolume>, state: SceneState, solids: Solids, path: Option<PathBuf>) -> Self {
-        Self { volume, saved: state.clone(), state, history: History::default(), solids, selected: None, path }
+        Self {
+            volume,
+            saved: state.clone(),
+            state,
+            history: History::default(),
+            solids,
+            selected: None,
+            path,
+        }
     }
 
     /// The volume.

@@ -234,7 +234,8 @@ fn a_rectangle_trims_and_is_off_again() {
     release(&mut harness, to);
     let crop = harness.state().document.state().cutting.crop.unwrap();
     let whole = CropBox::whole(&harness.state().document.volume().volume);
-    let trimmed = DVec3::select(crop.min.cmpne(whole.min) | crop.max.cmpne(whole.max), DVec3::ONE, DVec3::ZERO);
+    let trimmed =
+        DVec3::select(crop.min.cmpne(whole.min) | crop.max.cmpne(whole.max), DVec3::ONE, DVec3::ZERO);
     assert_eq!(trimmed.element_sum(), 2.0, "{crop:?}: all but the axis of the view");
     assert!(!harness.state().handles.rectangle.on);
     harness.state_mut().document.undo();

@@ -111,7 +111,8 @@ impl Rows<'_> {
         grip.dnd_set_drag_payload(id);
         let verb = if operand.visible { "hide" } else { "show" };
         let eye = RichText::new("👁");
-        let eye = ui.add(Button::new(if operand.visible { eye } else { eye.weak().strikethrough() }).frame(false));
+        let eye =
+            ui.add(Button::new(if operand.visible { eye } else { eye.weak().strikethrough() }).frame(false));
         if eye.accessible_name(format!("{verb} {name}")).on_hover_text(verb).clicked() {
             self.actions.push(Action::Show(id, !operand.visible));
         }
@@ -164,7 +165,9 @@ impl Rows<'_> {
             return;
         }
         let selected = self.document.selected == Some(operand.id);
-        let name = ui.add(Button::selectable(selected, text_of(operand, self.document)).sense(Sense::click_and_drag()));
+        let name = ui.add(
+            Button::selectable(selected, text_of(operand, self.document)).sense(Sense::click_and_drag()),
+        );
         let name = name.accessible_name(operand.name.as_str());
         name.dnd_set_drag_payload(operand.id);
         if name.clicked() {
