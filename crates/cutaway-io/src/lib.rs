@@ -12,4 +12,5 @@ pub mod mesh;
 pub mod patches;
 pub mod samples;
 pub mod tetrahedra;
+pub mod transfer_function;
 pub mod volume;
