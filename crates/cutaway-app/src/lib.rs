@@ -4,6 +4,9 @@
 //! |---|---|
 //! | [`document`] | what is open: volume, state, undo; no drawing |
 //! | [`cutting`] | the list of cuts within the state |
+//! | [`function`] | edits of a transfer function; no window |
+//! | [`panels`] | what is at the sides of the picture |
+//! | [`render`] | pictures, made in threads |
 //! | [`command`] | what panels ask of the window |
 //!
 //! Data flow: panels and the picture edit the [`document::Document`]; its state goes to the render thread as a request
@@ -13,3 +16,6 @@
 pub mod command;
 pub mod cutting;
 pub mod document;
+pub mod function;
+pub mod panels;
+pub mod render;

@@ -145,7 +145,7 @@ fn errors_name_the_place_and_what_was_expected() {
         (VP.replace("3071 0.827451", "inf 0.827451"), &["line 9", "inf"]),
         (VP_JSON.replace("2.5", "-2.5"), &["scalarOpacityUnitDistance", "-2.5"]),
         (VP_JSON.replace("\"scalarOpacity\":", "\"scalarOpacities\":"), &["scalarOpacity", "a function"]),
-        (VP_JSON.replace("[1.0, 0.0, 0.0]", "[1.0, 0.0]"), &["line 12", "column"]),
+        (VP_JSON.replace("[1.0, 0.0, 0.0]", "[1.0, 0.0]"), &["line 11", "column"]),
         (PARAVIEW.replace("[1, 1, 0]", "[1, 1, 0").replace("0.5, 0, 1, 1", "0.5, 1, 1"), &["line"]),
         (
             PARAVIEW.replace("[0, 0, 1, 1, 0.45", "[0, 0, 1, 1, 0.4, 0.45"),

@@ -1,0 +1,3 @@
+//! Pictures, made in threads.
+
+pub mod thumbnails;
