@@ -231,6 +231,7 @@ fn the_wheel_zooms_and_fit_shows_all_again() {
         unit: egui::MouseWheelUnit::Point,
         delta: vec2(0.0, 200.0),
         phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Unknown,
         modifiers: Modifiers::NONE,
     });
     harness.run_steps(60);
