@@ -75,6 +75,11 @@ pub struct Cutting {
 }
 
 impl Cutting {
+    /// What a clip tree does.
+    pub fn from_clip(_clip: &ClipFile, _volume: &Volume) -> Self {
+        Self::default()
+    }
+
     /// The tree that is rendered; none where nothing is cut. `volume` has the place of the crop box.
     pub fn to_clip(&self, volume: &Volume) -> Option<ClipFile> {
         let crop = self.crop.and_then(|crop| crop_node(&crop, volume));

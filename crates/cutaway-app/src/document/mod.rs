@@ -6,7 +6,8 @@
 mod functions;
 mod history;
 pub mod load;
-mod solids;
+pub mod scene_file;
+pub mod solids;
 mod state;
 
 use std::path::PathBuf;

@@ -59,6 +59,16 @@ impl Solids {
         }
     }
 
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.loaded.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.loaded.is_empty()
+    }
+
     /// The solid of a source; none where its file was not read yet.
     pub fn get(&self, source: &ClipSource) -> Option<Arc<dyn Solid>> {
         let shape = source.solid(&mut |external: ExternalSolid<'_>| {

@@ -42,6 +42,11 @@ impl FunctionPanel {
         self.plot.is_hovered()
     }
 
+    /// Says that the panel is not shown: nothing is under the pointer.
+    pub fn hidden(&mut self) {
+        self.plot.hidden();
+    }
+
     /// Forgets what belongs to another volume.
     fn see(&mut self, ui: &Ui, document: &Document) {
         let volume = document.volume();

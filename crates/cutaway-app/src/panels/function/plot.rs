@@ -44,6 +44,10 @@ impl PlotView {
         self.hovered
     }
 
+    pub(super) fn hidden(&mut self) {
+        self.hovered = false;
+    }
+
     /// Shows all values of the volume and of the function.
     pub(super) fn fit(&mut self, document: &Document) {
         let range = document.volume().volume.value_range();
