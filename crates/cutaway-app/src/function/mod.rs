@@ -118,6 +118,21 @@ pub fn windowed(function: &TransferFunction, width: f64, level: f64) -> Transfer
     placed(function, |value| level + (value - middle) * factor)
 }
 
+/// Window and level as a drag over the picture changes them: across widens the window, down lowers the level, both in shares
+/// of the picture's height; `range` is the volume's.
+pub fn dragged_window(
+    function: &TransferFunction,
+    [across, down]: [f64; 2],
+    range: [f64; 2],
+) -> TransferFunction {
+    let [lo, hi] = window(function);
+    let [least, most] = range;
+    let all = (most - least).max(f64::MIN_POSITIVE);
+    let width = ((hi - lo) * across.clamp(-2.0, 2.0).exp()).clamp(all * 1e-4, all * 10.0);
+    let level = (0.5 * lo + 0.5 * hi - down * (hi - lo).max(all * 0.01)).clamp(least - all, most + all);
+    windowed(function, width, level)
+}
+
 /// Every value put elsewhere, in the same order.
 fn placed(function: &TransferFunction, place: impl Fn(f64) -> f64) -> TransferFunction {
     let mut points = function.points().to_vec();

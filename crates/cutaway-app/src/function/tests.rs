@@ -126,6 +126,20 @@ fn the_window_is_where_the_function_changes() {
 }
 
 #[test]
+fn a_drag_over_the_picture_widens_and_lowers() {
+    let range = [-100.0, 100.0];
+    let [lo, hi] = window(&dragged_window(&ramp(), [0.5, 0.0], range));
+    assert!(hi - lo > 10.0 && (lo + hi - 10.0).abs() < 1e-9);
+    let [lo, hi] = window(&dragged_window(&ramp(), [0.0, 0.5], range));
+    assert!((hi - lo - 10.0).abs() < 1e-9 && lo == -5.0);
+    // However far it goes, something of the volume is left within reach.
+    let mut function = ramp();
+    (0..100).for_each(|_| function = dragged_window(&function, [-2.0, 2.0], range));
+    let [lo, hi] = window(&function);
+    assert!(lo >= -301.0 && hi > lo);
+}
+
+#[test]
 fn the_last_point_stays() {
     let one = of(vec![ramp().points()[0]]).unwrap();
     assert_eq!(removed(&one, 0), None);

@@ -58,12 +58,12 @@ impl Panels {
     pub fn in_picture(
         &mut self,
         _ui: &mut Ui,
-        _response: &Response,
+        response: &Response,
         _projection: &Projection,
-        _document: &mut Document,
+        document: &mut Document,
         _commands: &mut Vec<Command>,
     ) -> bool {
-        false
+        self.function.in_picture(response, document)
     }
 
     /// Adds an operand that cuts with a surface.

@@ -6,7 +6,7 @@ mod plot;
 use std::sync::{Arc, Weak};
 
 use cutaway_core::scene::default_unit_distance;
-use egui::Ui;
+use egui::{PointerButton, Response, Ui};
 
 use super::numbers;
 use crate::command::{Command, Purpose};
@@ -35,6 +35,20 @@ impl FunctionPanel {
         whole(ui, document);
         ui.separator();
         self.list.show(ui, document, &mut self.thumbnails);
+    }
+
+    /// Window and level by dragging with the right button in the picture; whether that has the pointer.
+    pub fn in_picture(&self, response: &Response, document: &mut Document) -> bool {
+        if !response.dragged_by(PointerButton::Secondary) {
+            return false;
+        }
+        let delta = response.drag_delta() / response.rect.height().max(1.0);
+        let range = document.volume().volume.value_range();
+        document.edit("function: window", |s| {
+            let by = [f64::from(delta.x), f64::from(delta.y)];
+            s.function = function::dragged_window(&s.function, by, range);
+        });
+        true
     }
 
     /// Whether the pointer is over the plot, where the wheel zooms: the panel must not be scrolled by it.
