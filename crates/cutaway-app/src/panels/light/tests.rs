@@ -75,7 +75,7 @@ fn every_state_of_the_panel_is_a_scene() {
 fn light_is_moved_on_the_sphere_and_falls_off_as_chosen() {
     let mut harness = harness();
     choose(&mut harness, "Falloff", "Wrapped");
-    harness.get_by_label("Wrap power");
+    harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Wrap power");
     harness.get_by_label("Headlight").click();
     harness.run();
     let sphere = harness.get_by_label("Direction of the light").rect();
