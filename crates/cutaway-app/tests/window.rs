@@ -107,7 +107,7 @@ fn dragging_turns_the_camera_and_scrolling_zooms() {
         unit: egui::MouseWheelUnit::Point,
         delta: scroll,
         phase: egui::TouchPhase::Move,
-        source: egui::PointerSource::Mouse,
+        source: egui::MouseWheelSource::Unknown,
         modifiers: Modifiers::NONE,
     });
     settle(&mut harness);
@@ -271,7 +271,7 @@ fn a_monkey_breaks_nothing() {
             6 => {
                 let delta = Vec2::new(dice.roll(200) as f32 - 100.0, dice.roll(200) as f32 - 100.0);
                 let (unit, phase) = (egui::MouseWheelUnit::Point, egui::TouchPhase::Move);
-                let source = egui::PointerSource::Mouse;
+                let source = egui::MouseWheelSource::Unknown;
                 harness.event(Event::MouseWheel { unit, delta, phase, source, modifiers });
             }
             7 => harness.event(Event::Text(["1", "-", "e9", "x", "0.5"][dice.roll(5) as usize].to_owned())),

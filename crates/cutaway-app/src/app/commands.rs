@@ -57,7 +57,8 @@ impl App {
             },
             Purpose::AddSolid => match solid_source(path) {
                 Ok(source) => {
-                    self.jobs.read_solid(source.clone());
+                    // Once more, if it could not be read before.
+                    self.reading.retain(|other| *other != source);
                     if let Some(document) = &mut self.document {
                         self.panels.add_solid(document, source);
                     }
@@ -98,8 +99,8 @@ impl App {
 
     fn save_scene(&mut self, path: &Path) {
         let Some(document) = &mut self.document else { return };
-        let notes = self.panels.notes(document, self.picture.overlays);
-        match scene_file::write(document, path, Some(notes)) {
+        let notes = self.panels.notes(self.picture.overlays);
+        match scene_file::write(document, path, notes.to_value()) {
             Ok(()) => self.readout.notices = vec![format!("saved {}", path.display())],
             Err(line) => self.errors.push(line),
         }

@@ -6,11 +6,11 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use cutaway_core::clip::ClipSource;
 use cutaway_core::scene::SceneFile;
-use cutaway_io::patches;
+use cutaway_io::solids::source_of_file;
 
 use crate::command::Purpose;
 use crate::document::solids::LoadedSolid;
-use crate::document::{OpenVolume, SceneState, Solids, scene_file};
+use crate::document::{OpenVolume, SceneState, Solids, ViewerNotes, scene_file};
 
 /// What came of a job.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ pub struct Opened {
     /// The scene file.
     pub path: Option<PathBuf>,
     /// What a viewer kept in it.
-    pub viewer: Option<serde_json::Value>,
+    pub viewer: Option<ViewerNotes>,
     /// What was said while it was read, one line each.
     pub notices: Vec<String>,
 }
@@ -146,7 +146,14 @@ fn open_scene(file: &SceneFile, path: &Path) -> Result<Opened, String> {
         return Err(line);
     }
     let (volume, path) = (Arc::new(volume), Some(path.to_owned()));
-    Ok(Opened { volume, state, solids, path, viewer: file.viewer.clone(), notices })
+    Ok(Opened {
+        volume,
+        state,
+        solids,
+        path,
+        viewer: file.viewer.as_ref().map(|value| ViewerNotes::of(Some(value))),
+        notices,
+    })
 }
 
 /// Whether a volume can be rendered at all: what cannot is said now, by the name of its file.
@@ -166,11 +173,7 @@ pub(super) fn solid_source(path: &Path) -> Result<ClipSource, String> {
         .into_os_string()
         .into_string()
         .map_err(|_| format!("{name}: clip expressions hold names in Unicode only; rename the file"))?;
-    Ok(if patches::recognize(Path::new(&path)) {
-        ClipSource::Patches { path, tolerance: None }
-    } else {
-        ClipSource::Mesh { path }
-    })
+    Ok(source_of_file(path))
 }
 
 /// Shows a file dialog and waits for it; none where it is dismissed.

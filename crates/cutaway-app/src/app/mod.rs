@@ -12,6 +12,7 @@ mod readout;
 
 use std::sync::Arc;
 
+use cutaway_core::clip::ClipSource;
 use cutaway_core::glam::DVec3;
 use egui::{Color32, Context, Ui};
 
@@ -53,6 +54,8 @@ pub struct App {
     /// Files opened before, the newest first.
     recent: Vec<String>,
     exports: Vec<export::Export>,
+    /// Files of surfaces that are read, or were, or cannot be.
+    reading: Vec<ClipSource>,
 }
 
 /// Where recent files are kept.
@@ -88,6 +91,7 @@ impl App {
             dialogs: true,
             recent: Vec::new(),
             exports: Vec::new(),
+            reading: Vec::new(),
         };
         match &start.open {
             Some(name) => app.open(name.clone()),
@@ -192,6 +196,9 @@ impl App {
         self.document = Some(Document::new(volume, state, solids, path));
         self.picture.clear();
         self.panels.opened(viewer.as_ref());
+        if let Some(notes) = viewer {
+            self.picture.overlays = notes.overlays;
+        }
         self.readout.notices = notices;
         self.asked = None;
         self.opening = false;
@@ -287,6 +294,17 @@ impl App {
         self.asked = Some(asked);
     }
 
+    /// Has surfaces read that are named but not there: of hidden operands, of another tolerance, of what was undone.
+    fn read_solids(&mut self) {
+        let Some(document) = &self.document else { return };
+        for (_, source) in document.state().cutting.objects() {
+            if document.solids.get(source).is_none() && !self.reading.contains(source) {
+                self.reading.push(source.clone());
+                self.jobs.read_solid(source.clone());
+            }
+        }
+    }
+
     fn show_errors(&mut self, ui: &mut Ui) {
         let mut dismissed = None;
         for (index, line) in self.errors.iter().enumerate() {
@@ -364,6 +382,9 @@ impl App {
             keys::show_help(&context, &mut self.show_help);
         }
         self.do_commands(&context);
+        if !context.input(|i| i.pointer.any_down()) {
+            self.read_solids();
+        }
         if context.input(|i| i.pointer.any_released())
             && let Some(document) = &mut self.document
         {
@@ -375,7 +396,7 @@ impl App {
 /// The sample, with a cut in it.
 fn first_start() -> Done {
     use crate::cutting::{Content, Operand, OperandId, Operation};
-    use cutaway_core::clip::{ClipSource, Pose, Sphere};
+    use cutaway_core::clip::{Pose, Sphere};
     let mut opened = match open("sample:mr-head") {
         Ok(opened) => opened,
         Err(line) => return Done::Failed(line),

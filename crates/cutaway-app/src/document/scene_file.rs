@@ -13,7 +13,10 @@ use cutaway_io::json::read_scene;
 
 use super::load::{path_of, with_path};
 use super::{Document, SceneState};
-use crate::cutting::Cutting;
+use crate::cutting::notes::CuttingNotes;
+
+/// Where what is kept for a viewer has the list of operands.
+const CUTTING: &str = "cutting";
 
 /// A scene file with paths that are good from anywhere.
 ///
@@ -39,6 +42,10 @@ pub fn read(path: &Path) -> Result<SceneFile, String> {
     if let Some(clip) = &mut file.clip {
         map_paths(clip, &mut |named| from_here(named))?;
     }
+    if let Some(mut notes) = cutting_notes(&file) {
+        map_noted_paths(&mut notes, &mut |named| from_here(named))?;
+        note_cutting(&mut file.viewer, &notes);
+    }
     Ok(file)
 }
 
@@ -60,10 +67,9 @@ pub fn state_of(file: &SceneFile, volume: &Volume) -> Result<SceneState, String>
     }
     state.lighting = file.lighting.clone();
     state.settings = file.render.clone();
-    if let Some(clip) = &file.clip {
-        state.cutting = Cutting::from_clip(clip, volume);
-    }
-    state.cutting.shading = file.clip_shading.clone();
+    // Without notes, or where somebody has changed the tree beside them, the tree is all there is.
+    let notes = cutting_notes(file).unwrap_or_default();
+    state.cutting = notes.restore(file.clip.as_ref(), volume, file.clip_shading.clone());
     // Every number is checked where a scene is made of it.
     state.scene(volume, None, [1, 1]).map_err(|e| e.to_string())?;
     Ok(state)
@@ -104,13 +110,42 @@ pub fn file_of(document: &Document, path: &Path) -> Result<SceneFile, String> {
 /// One line: the file, and what is wrong.
 pub fn write(document: &mut Document, path: &Path, viewer: Option<serde_json::Value>) -> Result<(), String> {
     use std::io::Write;
-    let file = SceneFile { viewer, ..file_of(document, path)? };
+    let mut file = SceneFile { viewer, ..file_of(document, path)? };
+    let mut notes = CuttingNotes::new(&document.state().cutting);
+    if !notes.is_empty() {
+        map_noted_paths(&mut notes, &mut |named| relative(named, path))?;
+        note_cutting(&mut file.viewer, &notes);
+    }
     let mut text = serde_json::to_string_pretty(&file).map_err(|e| format!("{}: {e}", path.display()))?;
     text.push('\n');
     cutaway_io::atomic::write_atomically(path, |out| out.write_all(text.as_bytes()))
         .map_err(|e| e.to_string())?;
     document.saved_to(path.to_owned());
     Ok(())
+}
+
+/// The list of operands that is kept for a viewer; none where there is none, or another program's.
+fn cutting_notes(file: &SceneFile) -> Option<CuttingNotes> {
+    serde_json::from_value(file.viewer.as_ref()?.get(CUTTING)?.clone()).ok()
+}
+
+fn note_cutting(viewer: &mut Option<serde_json::Value>, notes: &CuttingNotes) {
+    let viewer = viewer.get_or_insert_with(|| serde_json::json!({}));
+    if let (Some(fields), Ok(notes)) = (viewer.as_object_mut(), serde_json::to_value(notes)) {
+        fields.insert(CUTTING.to_owned(), notes);
+    }
+}
+
+fn map_noted_paths(
+    notes: &mut CuttingNotes,
+    change: &mut dyn FnMut(&str) -> Result<String, String>,
+) -> Result<(), String> {
+    let mut result = Ok(());
+    notes.visit_paths(&mut |path| match change(path) {
+        Ok(changed) => *path = changed,
+        Err(error) => result = Err(error),
+    });
+    result
 }
 
 fn map_paths(
@@ -135,4 +170,75 @@ fn relative(named: &str, scene: &Path) -> Result<String, String> {
     let below = scene.parent().and_then(|folder| Path::new(named).strip_prefix(folder).ok());
     let below = below.and_then(Path::to_str).filter(|path| !path.starts_with("sample:"));
     Ok(below.unwrap_or(named).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use cutaway_core::clip::ClipSource;
+
+    use super::*;
+    use crate::cutting::defaults::Shape;
+    use crate::cutting::edit::Place;
+    use crate::cutting::{Content, Operation};
+    use crate::testing::document;
+
+    /// The document's list as a scene file brings it back, after `change` was done to that.
+    fn reopened(document: &mut Document, change: impl FnOnce(&mut SceneFile)) -> Cutting {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.json");
+        write(document, &path, Some(serde_json::json!({ "overlays": {} }))).unwrap();
+        let mut file = read(&path).unwrap();
+        assert!(file.viewer.as_ref().is_some_and(|viewer| viewer.get("overlays").is_some()));
+        change(&mut file);
+        state_of(&file, &document.volume().volume).unwrap().cutting
+    }
+
+    /// A named group of a mesh and a ball that is hidden, beside a box that is alone.
+    fn edited() -> Document {
+        let mut document = document();
+        let group = document.add_operand(Content::Group(Vec::new())).unwrap();
+        document.add_solid(ClipSource::Mesh { path: "/data/bunny.ply".to_owned() });
+        let ball = document.add_shape(Shape::Sphere).unwrap().unwrap();
+        document.cut("edit", |cutting| {
+            cutting.get_mut(group).unwrap().name = "head".to_owned();
+            cutting.get_mut(ball).unwrap().visible = false;
+            let cube = Shape::Box.for_volume(&document_volume(), cutaway_core::glam::DVec3::Z).unwrap();
+            cutting.solo = Some(cutting.add(Content::Object(cube), Operation::Keep, Place::END));
+        });
+        document
+    }
+
+    fn document_volume() -> Volume {
+        document().volume().volume.clone()
+    }
+
+    #[test]
+    fn names_groups_hidden_operands_and_solo_are_in_a_scene_file() {
+        let mut document = edited();
+        let before = CuttingNotes::new(&document.state().cutting);
+        let again = reopened(&mut document, |_| {});
+        assert_eq!(CuttingNotes::new(&again), before);
+        assert_eq!(again.objects().len(), 3);
+        assert!(!document.is_changed());
+    }
+
+    #[test]
+    fn a_tree_that_was_changed_beside_the_notes_counts() {
+        let other = Shape::Sphere.for_volume(&document_volume(), cutaway_core::glam::DVec3::X).unwrap();
+        let clip = ClipFile::from(cutaway_core::clip::Node::Leaf(other));
+        let again = reopened(&mut edited(), |file| file.clip = Some(clip.clone()));
+        assert_eq!(again.to_clip(&document_volume()), Some(clip));
+        let again = reopened(&mut edited(), |file| file.viewer = None);
+        assert_eq!(again.operands.len(), 1, "only the one that is alone is in the tree: {again:?}");
+    }
+
+    #[test]
+    fn notes_of_another_program_are_left_alone() {
+        let mut document = edited();
+        let clip = document.state().cutting.to_clip(&document_volume());
+        let again = reopened(&mut document, |file| {
+            file.viewer = Some(serde_json::json!({ "cutting": [1, 2, 3] }));
+        });
+        assert_eq!(again.to_clip(&document_volume()), clip);
+    }
 }

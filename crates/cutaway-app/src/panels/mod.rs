@@ -1,5 +1,6 @@
 //! The panels beside the picture. They hold how they are drawn, and no part of the scene.
 
+pub mod cutting;
 mod export;
 mod function;
 mod light;
@@ -12,9 +13,11 @@ use egui::containers::scroll_area::ScrollSource;
 use egui::{CollapsingHeader, Response, Ui};
 
 use crate::command::{Command, Purpose};
-use crate::document::Document;
+use crate::document::{Document, ViewerNotes};
+use crate::handles::Handles;
 use crate::picture::{Overlays, Projection};
 use crate::slices::Slices;
+pub use cutting::CuttingPanel;
 pub use export::ExportPanel;
 pub use function::FunctionPanel;
 pub use light::LightPanel;
@@ -28,14 +31,18 @@ pub struct Panels {
     pub function: FunctionPanel,
     /// Mode, light, sampling.
     pub light: LightPanel,
+    /// What cuts.
+    pub cutting: CuttingPanel,
+    /// What is dragged in the picture.
+    pub handles: Handles,
     /// What pictures and films are to be.
     pub export: ExportPanel,
 }
 
 impl Panels {
-    /// Another document is open; `viewer` is what its scene file kept for a viewer.
-    pub fn opened(&mut self, _viewer: Option<&serde_json::Value>) {
-        self.slices.opened();
+    /// Another document is open; `notes` is what its scene file kept for a viewer.
+    pub fn opened(&mut self, notes: Option<&ViewerNotes>) {
+        self.slices.opened(notes.map(|notes| &notes.slices));
     }
 
     /// Draws the panels.
@@ -49,7 +56,11 @@ impl Panels {
                 self.function.hidden();
             }
             ui.collapsing("Light", |ui| self.light.show(ui, document, commands));
-            ui.collapsing("Cutting", |_ui| {});
+            ui.collapsing("Cutting", |ui| {
+                self.cutting.show(ui, document, commands);
+                ui.separator();
+                self.handles.controls(ui);
+            });
             ui.collapsing("Pictures and films", |ui| self.export.show(ui, commands));
         });
     }
@@ -57,17 +68,20 @@ impl Panels {
     /// Draws what lies in the picture and is moved there; whether it has the pointer, so that the camera must not move.
     pub fn in_picture(
         &mut self,
-        _ui: &mut Ui,
+        ui: &mut Ui,
         response: &Response,
-        _projection: &Projection,
+        projection: &Projection,
         document: &mut Document,
         _commands: &mut Vec<Command>,
     ) -> bool {
-        self.function.in_picture(response, document)
+        self.handles.show(ui, response, projection, document)
+            || self.function.in_picture(response, document)
     }
 
     /// Adds an operand that cuts with a surface.
-    pub fn add_solid(&mut self, _document: &mut Document, _source: ClipSource) {}
+    pub fn add_solid(&mut self, document: &mut Document, source: ClipSource) {
+        document.add_solid(source);
+    }
 
     /// Reads or writes the transfer function; what there is to know of the file, one line each.
     ///
@@ -86,8 +100,8 @@ impl Panels {
     }
 
     /// What a scene file keeps for a viewer.
-    pub fn notes(&self, _document: &Document, overlays: Overlays) -> serde_json::Value {
-        serde_json::json!({ "overlays": overlays })
+    pub fn notes(&self, overlays: Overlays) -> ViewerNotes {
+        ViewerNotes { overlays, slices: self.slices.notes() }
     }
 
     /// Shows three slices beside the picture, or no longer.
