@@ -74,8 +74,7 @@ impl Panels {
         document: &mut Document,
         _commands: &mut Vec<Command>,
     ) -> bool {
-        self.handles.show(ui, response, projection, document)
-            || self.function.in_picture(response, document)
+        self.handles.show(ui, response, projection, document) || self.function.in_picture(response, document)
     }
 
     /// Adds an operand that cuts with a surface.
