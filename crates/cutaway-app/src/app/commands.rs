@@ -69,8 +69,9 @@ impl App {
             Purpose::SaveImage | Purpose::SaveFilm => self.export(purpose, path),
             Purpose::OpenFunction | Purpose::SaveFunction => {
                 let Some(document) = &mut self.document else { return };
-                if let Err(line) = self.panels.use_function_file(document, purpose, path) {
-                    self.errors.push(line);
+                match self.panels.use_function_file(document, purpose, path) {
+                    Ok(notices) => self.readout.notices.extend(notices),
+                    Err(line) => self.errors.push(line),
                 }
             }
         }

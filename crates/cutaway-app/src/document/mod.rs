@@ -3,6 +3,7 @@
 //! Enters: files and edits. Leaves: the state that renderers and panels read. Nothing here draws or waits: files are read by
 //! [`load`], in threads of the caller's choosing, and handed over when they are there.
 
+mod functions;
 mod history;
 pub mod load;
 pub mod notes;

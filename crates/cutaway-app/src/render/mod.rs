@@ -9,10 +9,12 @@
 //! | the window's | [`RenderService::request`], [`RenderService::frame`] |
 //! | `render` | classifies, casts, hands over; owns the engines ([`engines`]) |
 //! | the CPU engine's own | tiles |
+//! | `thumbnails` | small pictures for lists ([`thumbnails`]) |
 
 pub mod engines;
 mod quality;
 mod service;
+pub mod thumbnails;
 
 use std::sync::Arc;
 use std::time::Duration;
