@@ -50,7 +50,7 @@ impl Panels {
         // Over the plot the wheel zooms.
         let wheel = !self.function.takes_wheel();
         let source = ScrollSource { mouse_wheel: wheel, ..ScrollSource::default() };
-        egui::ScrollArea::vertical().scroll_source(source).show(ui, |ui| {
+        egui::ScrollArea::vertical().auto_shrink(false).scroll_source(source).show(ui, |ui| {
             let function = CollapsingHeader::new("Transfer function").default_open(true);
             if function.show(ui, |ui| self.function.show(ui, document, commands)).fully_closed() {
                 self.function.hidden();
