@@ -86,7 +86,7 @@ fn what_an_operand_does_is_chosen() {
     click(&mut harness, "operation of sphere");
     choose(&mut harness, "keep");
     assert_eq!(operands(&harness)[0].operation, Operation::Keep);
-    click(&mut harness, "hide sphere");
+    click(&mut harness, "show sphere");
     assert!(!operands(&harness)[0].visible);
     click(&mut harness, "show sphere");
     assert!(operands(&harness)[0].visible);
@@ -238,7 +238,9 @@ fn the_crop_box_is_turned_on_and_trimmed_by_numbers() {
 fn cut_surfaces_are_set() {
     let mut harness = harness();
     set(&mut harness, "Thickness", 7.0);
-    set(&mut harness, "Surface opacity", 0.5);
+    let slider = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Surface opacity");
+    slider.set_value_accesskit(0.5);
+    harness.run();
     click(&mut harness, "Close cut isosurfaces");
     click(&mut harness, "Light below cuts");
     choose(&mut harness, "step");
