@@ -271,7 +271,7 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
             (middle, length, open & length.simd_gt(0.0))
         };
         let taken = open.to_bitmask().count_ones();
-        let Some((color, alpha)) = self.looks(simd, middle, sum.run >= LONG_RUN) else {
+        let Some((color, alpha)) = self.looks(simd, middle, open, sum.run >= LONG_RUN) else {
             sum.run = 0;
             return taken;
         };
@@ -291,35 +291,49 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         taken
     }
 
-    /// Lit colour and opacity of a whole step at `middle` steps along each ray; nothing where all of it is transparent.
+    /// Lit colour and opacity of a whole step at `middle` steps along each ray; nothing where the open rays see nothing.
     ///
-    /// Where something visible is likely everything is asked at once: field and gradient share their voxels, colour and
-    /// opacity their look-up. Elsewhere opacity is asked first. Either way there is one piece of code for what is visible:
-    /// twice of it would not fit the processor's nearest memory for code.
+    /// Where something visible is likely it comes at once: colour and opacity share their look-up. Elsewhere opacity is asked
+    /// first. Either way there is one piece of code for what is visible: twice of it would not fit the processor's nearest
+    /// memory for code.
     #[inline(always)]
-    fn looks(&self, simd: S, middle: S::f32s, likely: bool) -> Option<([S::f32s; 3], S::f32s)> {
-        let Caster { grid, opacities, colors, .. } = self.caster;
+    fn looks(
+        &self,
+        simd: S,
+        middle: S::f32s,
+        open: <S::f32s as SimdBase<S>>::Mask,
+        likely: bool,
+    ) -> Option<([S::f32s; 3], S::f32s)> {
+        let Caster { kernel, grid, colors, .. } = self.caster;
         let at = grid.locate(simd, self.packet.position(middle));
-        let mut index = at.index();
-        if !(likely && self.light.is_some()) {
-            index = self.caster.kernel.classification.table_index(simd, grid.value(simd, &at));
-            if !likely && !opacities.floats(simd, index).simd_gt(0.0).any_true() {
+        let Some((shading, light)) = &self.light else {
+            let index = kernel.classification.table_index(simd, grid.value(simd, &at));
+            if !likely && self.unseen(simd, open, index) {
                 return None;
             }
+            let [r, g, b, alpha] = colors.columns(simd, index);
+            return Some(([r, g, b], alpha));
+        };
+        // The field's voxels are most of the gradient's: they are read once, with what the gradient needs of their rows.
+        let rows = grid.rows(simd, &at);
+        let index = kernel.classification.table_index(simd, rows.value(at.fraction()));
+        if !likely && self.unseen(simd, open, index) {
+            return None;
         }
-        let mut lit = None;
-        if let Some((shading, light)) = &self.light {
-            let (value, gradient) = grid.value_and_gradient(simd, &at);
-            index = self.caster.kernel.classification.table_index(simd, value);
-            let mut terms = shading.terms(simd, light, gradient);
-            if let Some(face) = &self.packet.face {
-                let kind = self.caster.kernel.scene.clip_shading().impregnation;
-                terms = face.impregnate(simd, kind, middle - self.packet.first, terms);
-            }
-            lit = Some(terms);
+        let mut terms = shading.terms(simd, light, grid.gradient(simd, &at, &rows));
+        if let Some(face) = &self.packet.face {
+            let kind = kernel.scene.clip_shading().impregnation;
+            terms = face.impregnate(simd, kind, middle - self.packet.first, terms);
         }
         let [r, g, b, alpha] = colors.columns(simd, index);
-        Some((lit_by::<S>([r, g, b], lit), alpha))
+        Some((lit_by::<S>([r, g, b], Some(terms)), alpha))
+    }
+
+    /// Whether none of the open rays sees anything of these entries.
+    #[inline(always)]
+    fn unseen(&self, simd: S, open: <S::f32s as SimdBase<S>>::Mask, index: S::u32s) -> bool {
+        let visible = self.caster.opacities.floats(simd, index).simd_gt(0.0);
+        !(open & visible).any_true()
     }
 }
 
