@@ -4,7 +4,8 @@
 //! neighbouring rays meet the same blocks. Along the axis that they follow most, a slab of blocks holds, of each ray, one
 //! short stretch; all stretches of a packet lie within a rectangle of blocks that its bounds give. If none of those blocks
 //! can be seen, the slab is skipped for all its rays at once, and if no level-1 block of the bundle's rectangle can, eight
-//! slabs are. All packets of a bundle cross a slab before any goes on to the next, so that the voxels of the slab are
+//! slabs are. In front of a surface a block is empty for half of its depth: where not all of a slab can be seen a packet
+//! asks blocks of half the edge, the nearer ones and the farther. All packets of a bundle cross a slab before any goes on to the next, so that the voxels of the slab are
 //! fetched into the nearest cache once for all of them.
 //!
 //! Skipping decides only what is *not* sampled. A sample taken in an empty block is transparent, so a coarser decision
@@ -14,7 +15,7 @@ use cutaway_core::glam::UVec3;
 use cutaway_core::value_ranges::BLOCK;
 use fearless_simd::Simd;
 
-use crate::classification::BlockMap;
+use crate::classification::{BlockMap, cast_piece};
 use crate::clipping::TileClip;
 use crate::packet::{Axis, Bounds, Packet, packet_shape};
 use crate::rays::Frame;
@@ -108,6 +109,27 @@ impl Slabs {
         };
         // A thousandth of a voxel more at both ends, for rounding.
         [number(inside[0] - 1e-3), number(inside[1] + 1e-3)]
+    }
+
+    /// The two slabs of blocks of half the edge that a slab consists of, the nearer one first. Of the last slab the second
+    /// may be beyond the volume.
+    #[inline(always)]
+    fn halves_of(&self, number: i32) -> [Option<Slab>; 2] {
+        let half = |i: i32| (2 * number + i < self.dimensions[self.axis]).then(|| self.slab(2 * number + i));
+        if self.ascending { [half(0), half(1)] } else { [half(1), half(0)] }
+    }
+
+    /// The steps of a packet in a slab, of whose halves only what may be visible.
+    #[inline(always)]
+    fn visible_stretch(&self, bounds: &Bounds, halves: &[Option<Slab>; 2], blocks: &[u8]) -> Option<Stretch> {
+        let mut seen: Option<Stretch> = None;
+        for slab in halves.iter().flatten() {
+            if bounds.reaches(slab) && self.rectangle(bounds, slab).fold(0, |any, b| any | blocks[b]) != 0 {
+                let Stretch { begin, end } = bounds.stretch(slab);
+                seen = Some(Stretch { begin: seen.map_or(begin, |s| s.begin), end });
+            }
+        }
+        seen
     }
 
     /// The blocks that bounds may touch within a slab.
@@ -276,6 +298,7 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
         };
         let slabs = Slabs::new(axis, blocks.fine.dimensions, BLOCK);
         let coarse = Slabs::new(axis, blocks.coarse.dimensions, BLOCK * BLOCK);
+        let halves = Slabs::new(axis, blocks.halves.dimensions, BLOCK / 2);
         let ([mut number, last], step) = (slabs.range(self.bounds.inside), if axis.1 { 1 } else { -1 });
         let size = BLOCK as i32;
         let mut looked_at = i32::MIN;
@@ -291,6 +314,7 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 }
             }
             let slab = slabs.slab(number);
+            let half_slabs = halves.halves_of(number);
             number += step;
             if slabs.rectangle(&self.bounds, &slab).fold(0, |any, b| any | blocks.fine.blocks[b]) == 0 {
                 continue;
@@ -301,7 +325,13 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 if there == 0 {
                     continue;
                 }
-                let Stretch { begin, end } = m.packet.bounds.stretch(&slab);
+                let bounds = &m.packet.bounds;
+                let seen = if there & cast_piece::PARTLY == 0 {
+                    Some(bounds.stretch(&slab))
+                } else {
+                    halves.visible_stretch(bounds, &half_slabs, &blocks.halves.blocks)
+                };
+                let Some(Stretch { begin, end }) = seen else { continue };
                 // What was handed out before reaches down to where the last visible slab begins; nothing of this slab
                 // lies before that, for each ray meets the slabs in turn.
                 let stretch = Stretch {
@@ -408,28 +438,30 @@ mod tests {
                 (0.0, f32::NEG_INFINITY)
             });
             for (member, (marched, best)) in bundle.members.iter().zip(handed_out.iter().zip(&best_first)) {
-                check(&member.packet, self.blocks, marched);
-                check(&member.packet, self.blocks, best);
+                check(&member.packet, &self.blocks.halves, BLOCK / 2, marched);
+                check(&member.packet, &self.blocks.fine, BLOCK, best);
             }
         }
     }
 
-    fn check<S: Simd>(packet: &Packet<S>, blocks: &BlockMap, stretches: &[Stretch]) {
+    /// Holds that all samples in visible blocks of this edge were handed out.
+    fn check<S: Simd>(packet: &Packet<S>, blocks: &BlockGrid<u8>, edge: u32, stretches: &[Stretch]) {
         for l in 0..Packet::<S>::LANES {
             let (first, end) = (packet.first[l], packet.end[l]);
             for j in first as u32..end.ceil() as u32 {
                 let middle = (j as f32 + 0.5).min(0.5 * (j as f32 + end));
                 let at = |a: usize| packet.origin[a][l] + packet.stride[a][l] * middle;
                 let p = Vec3::new(at(0), at(1), at(2));
-                let block = (p / BLOCK as f32).as_uvec3().min(BLOCKS - UVec3::ONE);
+                let block = (p / edge as f32).as_uvec3().min(blocks.dimensions - UVec3::ONE);
                 let handed_out = stretches.iter().any(|s| (s.begin..s.end).contains(&j));
-                assert!(handed_out || blocks.fine.get(block) == 0, "sample {j} at {p} in block {block}");
+                assert!(handed_out || blocks.get(block) == 0, "sample {j} at {p} in block {block}");
             }
         }
     }
 
     fn volume() -> Volume {
-        let d = BLOCKS * BLOCK - UVec3::splat(2);
+        // Along y the last block is less than half a one.
+        let d = BLOCKS * BLOCK - UVec3::new(2, 5, 3);
         let voxels = vec![0u8; (d.x * d.y * d.z) as usize];
         Volume::new(d, voxels, Rescale::IDENTITY, Geometry::from_spacing(DVec3::ONE)).unwrap()
     }
@@ -452,14 +484,19 @@ mod tests {
             };
             prop_assume!(DVec3::from_array(position).distance(DVec3::from_array(focal)) > 1.0);
             let hash = |i: usize| (i as u64 * 131).wrapping_add(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let visible = |i: usize| u8::from(hash(i).trailing_zeros() >= sparsity);
-            let fine = BlockGrid {
-                dimensions: BLOCKS,
-                blocks: (0..(BLOCKS.x * BLOCKS.y * BLOCKS.z) as usize).map(visible).collect(),
-            };
-            let coarse = fine.coarser(0, |any, b| any | b);
-            let blocks = BlockMap { fine, coarse };
             let volume = volume();
+            let cells = (volume.dimensions() - UVec3::ONE).to_array();
+            let dimensions = UVec3::from_array(cells.map(|n| n.div_ceil(BLOCK / 2)));
+            let piece = |i: usize| {
+                let seen = hash(i).trailing_zeros() >= sparsity;
+                if seen { cast_piece::VISIBLE | cast_piece::PARTLY } else { 0 }
+            };
+            let count = (dimensions.x * dimensions.y * dimensions.z) as usize;
+            let halves = BlockGrid { dimensions, blocks: (0..count).map(piece).collect() };
+            let fine = halves.coarser_by(2, 0, |any, b| any | b);
+            prop_assert_eq!(fine.dimensions, BLOCKS);
+            let coarse = fine.coarser(0, |any, b| any | b);
+            let blocks = BlockMap { halves, fine, coarse };
             let gray = ControlPoint { value: 0.0, color: [0.5; 3], opacity: 0.5 };
             let function = TransferFunction::new(vec![gray]).unwrap();
             let settings = RenderSettings { step, resolution: [61, 61], ..Default::default() };
