@@ -5,8 +5,9 @@
 //! short stretch; all stretches of a packet lie within a rectangle of blocks that its bounds give. If none of those blocks
 //! can be seen, the slab is skipped for all its rays at once, and if no level-1 block of the bundle's rectangle can, eight
 //! slabs are. In front of a surface a block is empty for half of its depth: where not all of a slab can be seen a packet
-//! asks blocks of half the edge, the nearer ones and the farther. All packets of a bundle cross a slab before any goes on to the next, so that the voxels of the slab are
-//! fetched into the nearest cache once for all of them.
+//! asks blocks of half the edge, the nearer ones and the farther. All packets of a bundle cross a slab before any goes on
+//! to the next, so that the voxels of the slab are fetched into the nearest cache once for all of them; those of a large
+//! volume are asked for as soon as it is known which, so that they come while other packets are at work.
 //!
 //! Skipping decides only what is *not* sampled. A sample taken in an empty block is transparent, so a coarser decision
 //! for a whole packet changes no pixel.
@@ -217,6 +218,8 @@ pub(crate) struct Member<S: Simd, T> {
     pub(crate) index: usize,
     /// Its first step that has not been handed out.
     next: u32,
+    /// What it is to take in the slab at hand, and what is there.
+    due: Option<(Stretch, u8)>,
     /// Whether anything further on can still be seen.
     open: bool,
 }
@@ -262,7 +265,15 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 let packet = Packet::new(simd, frame, self.axis, pixel, kept.as_ref());
                 if packet.bounds.hits {
                     self.bounds = self.bounds.union(&packet.bounds);
-                    self.members.push(Member { packet, sum: sum(index), pixel, index, next: 0, open: true });
+                    self.members.push(Member {
+                        packet,
+                        sum: sum(index),
+                        pixel,
+                        index,
+                        next: 0,
+                        due: None,
+                        open: true,
+                    });
                 }
             }
         }
@@ -276,13 +287,14 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
     /// Hands out stretches, near ones first.
     ///
     /// Each is longer by `margin` steps at both ends: for steps that see more than their middle. `blocks` says what is
-    /// where; `take(packet, sum, stretch, what is there)` returns whether anything further on can still be seen by the
-    /// packet.
+    /// where; `look_ahead(packet, stretch)` is told of all stretches in a slab before the first of them is taken;
+    /// `take(packet, sum, stretch, what is there)` returns whether anything further on can still be seen by the packet.
     #[inline(always)]
     pub(crate) fn march(
         &mut self,
         blocks: &BlockMap,
         margin: u32,
+        look_ahead: impl Fn(&Packet<S>, Stretch),
         mut take: impl FnMut(&Packet<S>, &mut T, Stretch, u8) -> bool,
     ) {
         let Some(axis) = self.axis else {
@@ -320,26 +332,29 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 continue;
             }
             for m in self.members.iter_mut().filter(|m| m.open && m.packet.bounds.reaches(&slab)) {
-                let there =
-                    slabs.rectangle(&m.packet.bounds, &slab).fold(0, |any, b| any | blocks.fine.blocks[b]);
-                if there == 0 {
-                    continue;
-                }
                 let bounds = &m.packet.bounds;
-                let seen = if there & cast_piece::PARTLY == 0 {
+                let there = slabs.rectangle(bounds, &slab).fold(0, |any, b| any | blocks.fine.blocks[b]);
+                let seen = if there & cast_piece::PARTLY != 0 {
+                    halves.visible_stretch(bounds, &half_slabs, &blocks.halves.blocks)
+                } else if there != 0 {
                     Some(bounds.stretch(&slab))
                 } else {
-                    halves.visible_stretch(bounds, &half_slabs, &blocks.halves.blocks)
+                    None
                 };
                 let Some(Stretch { begin, end }) = seen else { continue };
                 // What was handed out before reaches down to where the last visible slab begins; nothing of this slab
                 // lies before that, for each ray meets the slabs in turn.
                 let stretch = Stretch {
                     begin: begin.saturating_sub(margin).max(m.next),
-                    end: (end + margin).min(m.packet.bounds.end[1].ceil() as u32),
+                    end: (end + margin).min(bounds.end[1].ceil() as u32),
                 };
                 if stretch.begin < stretch.end {
-                    m.next = stretch.end;
+                    look_ahead(&m.packet, stretch);
+                    (m.next, m.due) = (stretch.end, Some((stretch, there)));
+                }
+            }
+            for m in &mut self.members {
+                if let Some((stretch, there)) = m.due.take() {
                     m.open = take(&m.packet, &mut m.sum, stretch, there);
                     open -= usize::from(!m.open);
                 }
@@ -424,13 +439,18 @@ mod tests {
                 member.sum = i as u32;
             }
             let mut handed_out: Vec<Vec<Stretch>> = vec![Vec::new(); bundle.members.len()];
-            bundle.march(self.blocks, 0, |_, i, stretch, _| {
-                let stretches = &mut handed_out[*i as usize];
-                assert!(stretch.begin < stretch.end);
-                assert!(stretches.last().is_none_or(|last| last.end <= stretch.begin));
-                stretches.push(stretch);
-                true
-            });
+            bundle.march(
+                self.blocks,
+                0,
+                |_, _| {},
+                |_, i, stretch, _| {
+                    let stretches = &mut handed_out[*i as usize];
+                    assert!(stretch.begin < stretch.end);
+                    assert!(stretches.last().is_none_or(|last| last.end <= stretch.begin));
+                    stretches.push(stretch);
+                    true
+                },
+            );
             let mut best_first: Vec<Vec<Stretch>> = vec![Vec::new(); bundle.members.len()];
             let bound = |b: usize| f32::from(self.blocks.fine.blocks[b]);
             bundle.march_best_first(BLOCKS, bound, |_, i, stretch| {

@@ -36,6 +36,9 @@ struct Half<S: Simd> {
 /// Samples after which a stretch is left if every lane is opaque.
 const CHECK_EVERY: u32 = 4;
 
+/// Voxels along the axis that rays follow from one place to the next whose voxels are asked for ahead.
+const LOOK_AHEAD_EVERY: f32 = 2.5;
+
 /// Visible samples in a row after which the next is expected to be visible, too. Asking for everything at once saves a
 /// quarter of a visible sample and makes an invisible one several times dearer.
 const LONG_RUN: u32 = 4;
@@ -46,6 +49,9 @@ pub(super) trait StretchCaster {
     fn margin(&self) -> u32 {
         0
     }
+
+    /// Has the voxels of a stretch on their way before it is taken.
+    fn look_ahead<S: Simd>(&self, _simd: S, _packet: &Packet<S>, _stretch: Stretch) {}
 
     /// Takes them; returns how many those are, and whether any ray is still open.
     fn stretch<S: Simd>(
@@ -127,6 +133,8 @@ fn march<S: Simd>(
         &kernel.classification.blocks,
         caster.margin(),
         #[inline(always)]
+        |packet, stretch| caster.look_ahead(simd, packet, stretch),
+        #[inline(always)]
         |packet, sum, stretch, pieces| {
             runs += 1;
             let (taken, open) = caster.stretch(simd, packet, sum, stretch, pieces);
@@ -154,6 +162,17 @@ impl<'a, T: LaneVoxel> Caster<'a, T> {
 }
 
 impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
+    #[inline(always)]
+    fn look_ahead<S: Simd>(&self, simd: S, packet: &Packet<S>, stretch: Stretch) {
+        if self.grid.is_far() {
+            let every = (LOOK_AHEAD_EVERY / packet.bounds.stride[1]).max(1.0) as usize;
+            for j in (stretch.begin..stretch.end).step_by(every) {
+                let at = self.grid.locate(simd, packet.position(S::f32s::splat(simd, j as f32 + 0.5)));
+                self.grid.prefetch(simd, &at);
+            }
+        }
+    }
+
     #[inline(always)]
     fn stretch<S: Simd>(
         &self,
@@ -271,6 +290,9 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
             (middle, length, open & length.simd_gt(0.0))
         };
         let taken = open.to_bitmask().count_ones();
+        if taken == 0 {
+            return 0;
+        }
         let Some((color, alpha)) = self.looks(simd, middle, open, sum.run >= LONG_RUN) else {
             sum.run = 0;
             return taken;
