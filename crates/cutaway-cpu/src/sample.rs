@@ -159,12 +159,6 @@ pub(crate) struct CellPosition<S: Simd> {
 }
 
 impl<S: Simd> CellPosition<S> {
-    /// The index of each cell's first voxel.
-    #[inline(always)]
-    pub(crate) fn index(&self) -> S::u32s {
-        self.index
-    }
-
     /// The position within each cell.
     #[inline(always)]
     pub(crate) fn fraction(&self) -> [S::f32s; 3] {
