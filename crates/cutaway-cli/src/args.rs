@@ -34,6 +34,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a volume to an image
     Render(Box<RenderArgs>),
+    /// Open the viewer: see a volume, cut it open, move the cut
+    View(ViewArgs),
     /// Say what a volume or mesh file is: sizes, types, place, values; whether a surface is closed
     Info(InfoArgs),
     /// Convert a mesh to another format, and close it on the way
@@ -51,6 +53,16 @@ pub(crate) enum Command {
         /// bash, zsh, fish, elvish or powershell
         shell: clap_complete::Shell,
     },
+}
+
+/// What the viewer begins with.
+#[derive(Debug, Args)]
+pub(crate) struct ViewArgs {
+    /// Volume file, scene file or `sample:NAME` [the head that comes along, with a cut in it]
+    pub(crate) volume: Option<OsString>,
+    /// Scene file to begin with
+    #[arg(long, value_name = "FILE", conflicts_with = "volume")]
+    pub(crate) scene: Option<PathBuf>,
 }
 
 const RENDER_HELP: &str = "\

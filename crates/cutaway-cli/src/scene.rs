@@ -112,6 +112,7 @@ impl Prepared {
             clip: self.clip.as_ref().map(|clip| clip.to_file(path)).transpose()?,
             clip_shading: self.clip_shading.clone(),
             render: self.settings.clone(),
+            viewer: None,
         })
     }
 }

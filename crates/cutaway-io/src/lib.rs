@@ -11,5 +11,6 @@ pub mod limits;
 pub mod mesh;
 pub mod patches;
 pub mod samples;
+pub mod solids;
 pub mod tetrahedra;
 pub mod volume;

@@ -4,7 +4,31 @@
 //! A list begins with everything (inside a group: with nothing, and its first operand is taken whatever its operation) and
 //! each operand changes what is kept so far: cut takes its inside away, keep leaves only its inside, union adds it. This
 //! is a clip tree ([`cutaway_core::clip::ClipFile`]) with a place for names, visibility and order; [`Cutting::to_clip`]
-//! makes the tree that is rendered and saved.
+//! makes the tree that is rendered and saved, [`Cutting::from_clip`] the list of a tree, whatever it is.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`edit`] | finding, adding, moving, removing operands |
+//! | [`from_clip`] | from a tree to a list |
+//! | [`notes`] | what a tree cannot say: names, what is hidden, solo |
+//! | [`defaults`] | shapes for a volume, bounds, fitting |
+//! | [`numbers`] | a pose as translation, angles and factors |
+//! | [`lens`] | from points of the picture to rays and back |
+//! | [`gizmo`] | dragging an object by handles |
+//! | [`crop`] | dragging the crop box, and trimming it by a rectangle |
+//!
+//! Nothing here draws.
+
+pub mod crop;
+pub mod defaults;
+pub mod edit;
+pub mod from_clip;
+pub mod gizmo;
+pub mod lens;
+pub mod notes;
+pub mod numbers;
+#[cfg(test)]
+mod tests;
 
 use cutaway_core::clip::{AxisBox, ClipFile, ClipShading, ClipSource, Node, Pose};
 use cutaway_core::glam::DVec3;
@@ -15,7 +39,8 @@ use cutaway_core::volume::Volume;
 pub struct OperandId(pub u64);
 
 /// What an operand does with what is kept so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Operation {
     /// Its inside is taken away.
     #[default]
@@ -26,6 +51,20 @@ pub enum Operation {
     Union,
 }
 
+impl Operation {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Cut, Self::Keep, Self::Union];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cut => "cut",
+            Self::Keep => "keep",
+            Self::Union => "union",
+        }
+    }
+}
+
 /// What an operand is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
@@ -33,6 +72,8 @@ pub enum Content {
     Object(ClipSource),
     /// What a list of operands leaves.
     Group(Vec<Operand>),
+    /// All of space, as trees have it that say what is *not* in something.
+    Everything,
 }
 
 /// An object or a group, and what is done with it.
@@ -70,7 +111,7 @@ pub struct Cutting {
     pub crop: Option<CropBox>,
     /// What cut surfaces look like.
     pub shading: ClipShading,
-    /// The one operand that has any effect, while there is one.
+    /// The one operand that has any effect, while there is one. The lists that it is in do with it what they do.
     pub solo: Option<OperandId>,
 }
 
@@ -78,17 +119,26 @@ impl Cutting {
     /// The tree that is rendered; none where nothing is cut. `volume` has the place of the crop box.
     pub fn to_clip(&self, volume: &Volume) -> Option<ClipFile> {
         let crop = self.crop.and_then(|crop| crop_node(&crop, volume));
-        let operands = |o: &&Operand| o.visible && self.solo.is_none_or(|solo| o.holds(solo));
         let mut kept: Option<ClipFile> = None;
-        for operand in self.operands.iter().filter(operands) {
-            let Some(node) = operand.node() else { continue };
-            kept = apply(kept, operand.operation, node);
+        for operand in effective(&self.operands, self.solo) {
+            let Some(node) = operand.node(self.solo) else { continue };
+            // Alone, a union would add to everything, and nothing were seen of it.
+            let operation = match operand.operation {
+                Operation::Union if self.solo.is_some() => Operation::Keep,
+                operation => operation,
+            };
+            kept = apply(kept, operation, node);
         }
         match crop {
             Some(crop) => Some(kept.unwrap_or_else(ClipFile::everything).probe(crop)),
             None => kept,
         }
     }
+}
+
+/// The operands of a list that do something.
+fn effective(operands: &[Operand], solo: Option<OperandId>) -> impl Iterator<Item = &Operand> {
+    operands.iter().filter(move |o| o.visible && solo.is_none_or(|solo| o.holds(solo)))
 }
 
 /// Everything, once an operand is applied to it: none stands for everything.
@@ -110,21 +160,28 @@ fn crop_node(crop: &CropBox, volume: &Volume) -> Option<ClipFile> {
 impl Operand {
     /// Whether it is the one of this id, or that is in it.
     pub fn holds(&self, id: OperandId) -> bool {
-        let inside = match &self.content {
-            Content::Group(operands) => operands.iter().any(|o| o.holds(id)),
-            Content::Object(_) => false,
-        };
-        self.id == id || inside
+        self.id == id || self.operands().iter().any(|o| o.holds(id))
+    }
+
+    /// The operands in it.
+    pub fn operands(&self) -> &[Operand] {
+        match &self.content {
+            Content::Group(operands) => operands,
+            Content::Object(_) | Content::Everything => &[],
+        }
     }
 
     /// What it is, in the space of its list; none for a group of nothing.
-    fn node(&self) -> Option<ClipFile> {
+    fn node(&self, solo: Option<OperandId>) -> Option<ClipFile> {
         let node = match &self.content {
             Content::Object(source) => Node::Leaf(source.clone()).into(),
+            Content::Everything => ClipFile::everything(),
             Content::Group(operands) => {
+                // The whole group is meant where it is the one.
+                let solo = solo.filter(|solo| *solo != self.id);
                 let mut kept: Option<ClipFile> = None;
-                for operand in operands.iter().filter(|o| o.visible) {
-                    let Some(node) = operand.node() else { continue };
+                for operand in effective(operands, solo) {
+                    let Some(node) = operand.node(solo) else { continue };
                     kept = if kept.is_none() { Some(node) } else { apply(kept, operand.operation, node) };
                 }
                 kept?

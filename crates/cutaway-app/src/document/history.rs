@@ -36,6 +36,18 @@ impl History {
         self.open = None;
     }
 
+    /// Goes back to before the step of this key, while it is open, and forgets it; whether it was open.
+    pub fn cancel(&mut self, key: &'static str, state: &mut SceneState) -> bool {
+        if self.open != Some(key) {
+            return false;
+        }
+        self.open = None;
+        let Some(mut before) = self.before.pop() else { return false };
+        before.camera = state.camera.clone();
+        *state = before;
+        true
+    }
+
     /// Whether there is anything to undo.
     pub fn can_undo(&self) -> bool {
         !self.before.is_empty()

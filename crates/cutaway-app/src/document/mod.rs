@@ -5,13 +5,17 @@
 
 mod history;
 pub mod load;
-mod solids;
+mod operands;
+pub mod scene_file;
+pub mod solids;
 mod state;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use cutaway_core::clip::{Clip, ClipFile};
+use cutaway_core::clip::Clip;
+
+use crate::cutting::OperandId;
 
 pub use history::History;
 pub use load::OpenVolume;
@@ -26,6 +30,8 @@ pub struct Document {
     history: History,
     /// The surfaces of files that operands name.
     pub solids: Solids,
+    /// The operand that handles and numbers are for: a matter of the view, which no step remembers.
+    pub selected: Option<OperandId>,
     /// The scene file that it was read from or saved to last.
     pub path: Option<PathBuf>,
     /// The state as that file has it.
@@ -35,7 +41,7 @@ pub struct Document {
 impl Document {
     /// A volume, and how it is first seen.
     pub fn new(volume: Arc<OpenVolume>, state: SceneState, solids: Solids, path: Option<PathBuf>) -> Self {
-        Self { volume, saved: state.clone(), state, history: History::default(), solids, path }
+        Self { volume, saved: state.clone(), state, history: History::default(), solids, selected: None, path }
     }
 
     /// The volume.
@@ -68,6 +74,11 @@ impl Document {
         self.history.settle();
     }
 
+    /// Takes back the step of this key, as if it had never begun, if it has not ended; whether it had begun.
+    pub fn cancel(&mut self, key: &'static str) -> bool {
+        self.history.cancel(key, &mut self.state)
+    }
+
     /// Undoes the last step; whether there was one.
     pub fn undo(&mut self) -> bool {
         self.history.undo(&mut self.state)
@@ -94,9 +105,9 @@ impl Document {
         self.saved = self.state.clone();
     }
 
-    /// What is cut, with the solids that are loaded; what has none yet cuts nothing.
+    /// What is cut, with the solids that are loaded; what has none yet neither cuts nor keeps.
     pub fn clip(&self) -> Option<Clip> {
-        let clip: ClipFile = self.state.cutting.to_clip(&self.volume.volume)?;
-        Some(self.solids.resolve(&clip))
+        let present = self.state.cutting.with_hidden(&|source| self.solids.get(source).is_none());
+        Some(self.solids.resolve(&present.to_clip(&self.volume.volume)?))
     }
 }

@@ -13,3 +13,4 @@ pub(crate) mod schema;
 mod session;
 mod statistics;
 mod tetrahedra_info;
+pub(crate) mod view;
