@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::cutting::defaults::Shape;
     use crate::cutting::edit::Place;
-    use crate::cutting::{Content, Operation};
+    use crate::cutting::{Content, Cutting, Operation};
     use crate::testing::document;
 
     /// The document's list as a scene file brings it back, after `change` was done to that.
