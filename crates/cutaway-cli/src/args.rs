@@ -63,6 +63,13 @@ pub(crate) struct ViewArgs {
     /// Scene file to begin with
     #[arg(long, value_name = "FILE", conflicts_with = "volume")]
     pub(crate) scene: Option<PathBuf>,
+    /// The GPU that draws the window and serves the GPU engines, by a part of its name (`cutaway info --gpu` lists them)
+    #[arg(long, value_name = "NAME")]
+    #[cfg_attr(
+        not(feature = "viewer"),
+        allow(dead_code, reason = "without a window there is none to draw it")
+    )]
+    pub(crate) gpu: Option<String>,
 }
 
 const RENDER_HELP: &str = "\

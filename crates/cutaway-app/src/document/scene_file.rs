@@ -177,6 +177,7 @@ mod tests {
     use cutaway_core::clip::ClipSource;
 
     use super::*;
+    use crate::cutting::Cutting;
     use crate::cutting::defaults::Shape;
     use crate::cutting::edit::Place;
     use crate::cutting::{Content, Cutting, Operation};

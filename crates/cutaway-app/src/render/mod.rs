@@ -62,13 +62,22 @@ pub struct Frame {
     /// Which request it answers: its number, counted from 1.
     pub serial: u64,
     /// The picture.
-    pub pixels: Pixels,
+    pub shown: Shown,
     /// Whether it stays as it is.
     pub done: bool,
     /// Distance in pixels of the rays that it was made of, at least.
     pub spacing: u32,
     /// What it took.
     pub took: Took,
+}
+
+/// Where a picture is.
+#[derive(Clone, Debug)]
+pub enum Shown {
+    /// In memory.
+    Pixels(Pixels),
+    /// On the device that the window is drawn with, as `Rgba8Unorm`.
+    OnDevice(wgpu::Texture),
 }
 
 /// A picture as the window draws it.
