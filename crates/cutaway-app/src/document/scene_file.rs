@@ -180,7 +180,7 @@ mod tests {
     use crate::cutting::Cutting;
     use crate::cutting::defaults::Shape;
     use crate::cutting::edit::Place;
-    use crate::cutting::{Content, Cutting, Operation};
+    use crate::cutting::{Content, Operation};
     use crate::testing::document;
 
     /// The document's list as a scene file brings it back, after `change` was done to that.
