@@ -5,7 +5,7 @@ mod common;
 use common::{image, names, run};
 use serde_json::Value;
 
-const BONES: &str = "1\n0\n0.9\n0.1\n0.2\n10\n6 0 0 60 0 200 0.5\n4 0 1 255 0.5\n8 60 1 0 0 200 1 1 0.5\n";
+const BONES: &str = "1\n0\n0.9\n0.1\n0.2\n10\n6 0 0 0.3 0 1 0.5\n4 0 1 255 0.5\n8 0.3 1 0 0 1 1 1 0.5\n";
 const MAP: &str =
     r#"[{"Name": "two\ncolours", "ColorSpace": "Lab", "RGBPoints": [0, 1, 0, 0, 250, 0, 0, 1]}]"#;
 
@@ -40,7 +40,7 @@ fn functions_of_other_programs_are_rendered_with() {
 fn info_lists_points_and_light() {
     let folder = folder();
     let text = run(folder.path(), "info bones.vp").succeeds_silently();
-    for part in ["transfer function (Slicer", "0 to 200", "length of 1", "off; ambient 0.1", "gradient"] {
+    for part in ["transfer function (Slicer", "0 to 1", "length of 1", "off; ambient 0.1", "gradient"] {
         assert!(text.contains(part), "{part}\n{text}");
     }
     let text = run(folder.path(), "info map.json").succeeds_silently();

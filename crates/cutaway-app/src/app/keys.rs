@@ -79,7 +79,8 @@ const KEYS: &[(KeyboardShortcut, Action, &str)] = &[
 impl App {
     /// Does what keys say, unless somebody types.
     pub(super) fn keys(&mut self, context: &Context) {
-        if context.egui_wants_keyboard_input() {
+        // Not where anything has the keyboard: undo belongs to whoever has just dragged a point of the plot.
+        if context.text_edit_focused() {
             return;
         }
         for (shortcut, action, _) in KEYS {

@@ -153,8 +153,10 @@ impl Studio {
         };
         let settings = RenderSettings { mode, ..settings };
         let lighting = Lighting { shade, ..Lighting::default() };
-        let scene =
-            Scene::new(volume, &function, unit, default_camera(volume, 1.0), lighting, settings).ok()?;
+        let mut camera = default_camera(volume, 1.0);
+        // Corners of the box, which are mostly empty, may be outside.
+        camera.zoom(1.35);
+        let scene = Scene::new(volume, &function, unit, camera, lighting, settings).ok()?;
         let classification = self.renderer.classify(&self.prepared, &scene);
         let (image, _) = self.renderer.render(&self.prepared, &classification, &scene, &|_| {});
         let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;

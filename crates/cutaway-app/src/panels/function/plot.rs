@@ -294,7 +294,7 @@ fn paint_histogram(painter: &egui::Painter, plot: &Plot, histogram: &Histogram, 
             let top = pos2(left, plot.rect.bottom() - height);
             mesh.add_colored_rect(
                 Rect::from_min_max(top, pos2(right, plot.rect.bottom())),
-                color.gamma_multiply(0.35),
+                color.gamma_multiply(0.6),
             );
         }
     }
