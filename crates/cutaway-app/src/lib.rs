@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`document`] | what is open: volume, state, undo; no drawing |
 //! | [`cutting`] | the list of cuts within the state |
+//! | [`function`] | edits of a transfer function; no drawing |
 //! | [`handles`] | what is dragged in the picture: gizmo, crop box, rectangle |
 //! | [`render`] | pictures of the state, made in a thread of their own |
 //! | [`picture`] | the picture in the window, the camera, what lies over both |
@@ -22,6 +23,7 @@ pub mod command_line;
 pub mod cutting;
 pub mod document;
 pub mod film;
+pub mod function;
 pub mod handles;
 pub mod panels;
 pub mod picture;

@@ -1,5 +1,8 @@
 //! The desktop window.
 
+use std::sync::Arc;
+
+use cutaway_gpu::Gpu;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use egui::{ViewportBuilder, vec2};
 
@@ -30,8 +33,12 @@ pub fn run(start: Start) -> Result<(), WindowError> {
     if !has_display() {
         return Err(WindowError::NoDisplay);
     }
+    let gpu = start.gpu.clone();
     let setup = WgpuSetupCreateNew {
-        power_preference: wgpu::PowerPreference::HighPerformance,
+        native_adapter_selector: Some(Arc::new(move |adapters, surface| {
+            choose(adapters, surface, gpu.as_deref())
+        })),
+        device_descriptor: Arc::new(device_descriptor),
         ..WgpuSetupCreateNew::without_display_handle()
     };
     let wgpu_options =
@@ -46,10 +53,59 @@ pub fn run(start: Start) -> Result<(), WindowError> {
         ..eframe::NativeOptions::default()
     };
     let create = move |context: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
-        Ok(Box::new(App::new(&context.egui_ctx, &start).remembering(context.storage)))
+        let app = App::new(&context.egui_ctx, &start).remembering(context.storage);
+        Ok(Box::new(app.sharing(context.wgpu_render_state.as_ref(), start.gpu.is_some())))
     };
     eframe::run_native("cutaway", options, Box::new(create))
         .map_err(|error| WindowError::Refused { reason: error.to_string() })
+}
+
+/// The adapter of this name, or the best one that the window can be shown with.
+fn choose(
+    adapters: &[wgpu::Adapter],
+    surface: Option<&wgpu::Surface<'_>>,
+    name: Option<&str>,
+) -> Result<wgpu::Adapter, String> {
+    let shows =
+        |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
+    let named = |adapter: &&wgpu::Adapter| {
+        name.is_none_or(|name| adapter.get_info().name.to_lowercase().contains(&name.to_lowercase()))
+    };
+    // OpenGL last: the engines do without it.
+    let rank = |adapter: &&wgpu::Adapter| {
+        let info = adapter.get_info();
+        let kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        (info.backend == wgpu::Backend::Gl, kind)
+    };
+    let chosen = adapters.iter().filter(shows).filter(named).min_by_key(rank).cloned();
+    chosen.ok_or_else(|| {
+        let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+        let found = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        match name {
+            Some(name) => format!("no GPU that can show a window is called `{name}`; there are: {found}"),
+            None => format!("no GPU can show a window; there are: {found} (software: mesa-vulkan-drivers)"),
+        }
+    })
+}
+
+/// A device that the engines can share, where the adapter is good enough for them, else one for the window alone.
+fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    if adapter.get_info().backend == wgpu::Backend::Gl {
+        return wgpu::DeviceDescriptor {
+            required_limits: wgpu::Limits {
+                max_texture_dimension_2d: adapter.limits().max_texture_dimension_2d,
+                ..wgpu::Limits::downlevel_webgl2_defaults()
+            },
+            ..wgpu::DeviceDescriptor::default()
+        };
+    }
+    Gpu::descriptor(adapter)
 }
 
 /// Whether there is anything to open a window on: systems other than Linux and the like always have something.

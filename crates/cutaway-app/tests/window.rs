@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 const SIZE: Vec2 = Vec2::new(900.0, 600.0);
 
 fn window(open: Option<&str>) -> Harness<'static, Option<App>> {
-    let start = Start { open: open.map(str::to_owned) };
+    let start = Start { open: open.map(str::to_owned), ..Start::default() };
     let show = move |ui: &mut egui::Ui, app: &mut Option<App>| {
         app.get_or_insert_with(|| App::new(ui.ctx(), &start).without_dialogs()).show(ui);
     };

@@ -13,4 +13,5 @@ pub mod patches;
 pub mod samples;
 pub mod solids;
 pub mod tetrahedra;
+pub mod transfer_function;
 pub mod volume;

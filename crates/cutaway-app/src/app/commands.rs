@@ -69,8 +69,9 @@ impl App {
             Purpose::SaveImage | Purpose::SaveFilm => self.export(purpose, path),
             Purpose::OpenFunction | Purpose::SaveFunction => {
                 let Some(document) = &mut self.document else { return };
-                if let Err(line) = self.panels.use_function_file(document, purpose, path) {
-                    self.errors.push(line);
+                match self.panels.use_function_file(document, purpose, path) {
+                    Ok(notices) => self.readout.notices.extend(notices),
+                    Err(line) => self.errors.push(line),
                 }
             }
         }
@@ -98,8 +99,8 @@ impl App {
 
     fn save_scene(&mut self, path: &Path) {
         let Some(document) = &mut self.document else { return };
-        let notes = self.panels.notes(document, self.picture.overlays);
-        match scene_file::write(document, path, Some(notes)) {
+        let notes = self.panels.notes(self.picture.overlays);
+        match scene_file::write(document, path, notes.to_value()) {
             Ok(()) => self.readout.notices = vec![format!("saved {}", path.display())],
             Err(line) => self.errors.push(line),
         }

@@ -10,7 +10,7 @@ use cutaway_io::solids::source_of_file;
 
 use crate::command::Purpose;
 use crate::document::solids::LoadedSolid;
-use crate::document::{OpenVolume, SceneState, Solids, scene_file};
+use crate::document::{OpenVolume, SceneState, Solids, ViewerNotes, scene_file};
 
 /// What came of a job.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ pub struct Opened {
     /// The scene file.
     pub path: Option<PathBuf>,
     /// What a viewer kept in it.
-    pub viewer: Option<serde_json::Value>,
+    pub viewer: Option<ViewerNotes>,
     /// What was said while it was read, one line each.
     pub notices: Vec<String>,
 }
@@ -146,7 +146,14 @@ fn open_scene(file: &SceneFile, path: &Path) -> Result<Opened, String> {
         return Err(line);
     }
     let (volume, path) = (Arc::new(volume), Some(path.to_owned()));
-    Ok(Opened { volume, state, solids, path, viewer: file.viewer.clone(), notices })
+    Ok(Opened {
+        volume,
+        state,
+        solids,
+        path,
+        viewer: file.viewer.as_ref().map(|value| ViewerNotes::of(Some(value))),
+        notices,
+    })
 }
 
 /// Whether a volume can be rendered at all: what cannot is said now, by the name of its file.

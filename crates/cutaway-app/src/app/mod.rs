@@ -14,6 +14,9 @@ use std::sync::Arc;
 
 use cutaway_core::clip::ClipSource;
 use cutaway_core::glam::DVec3;
+use cutaway_gpu::context::AdapterSummary;
+use cutaway_gpu::{Gpu, GpuOptions};
+use eframe::egui_wgpu::RenderState;
 use egui::{Color32, Context, Ui};
 
 use crate::command::Command;
@@ -32,6 +35,9 @@ pub use jobs::{Opened, open};
 pub struct Start {
     /// A volume or a scene file; none: the sample, with a cut in it.
     pub open: Option<String>,
+    /// The GPU that window and engines use, by a part of its name; none: the best, and engines leave it to the window if it
+    /// is a processor that plays GPU.
+    pub gpu: Option<String>,
 }
 
 /// The window.
@@ -98,6 +104,23 @@ impl App {
             None => app.jobs.start(|| Some(first_start())),
         }
         app
+    }
+
+    /// The same, with the window's device for the engines, so that their pictures need not be copied to be shown: where it is
+    /// a real GPU, or `always`. A processor that plays GPU would let the window wait behind every picture.
+    #[must_use]
+    pub fn sharing(mut self, window: Option<&RenderState>, always: bool) -> Self {
+        let Some(window) = window else { return self };
+        if AdapterSummary::of(&window.adapter).software && !always {
+            return self;
+        }
+        let (device, queue) = (window.device.clone(), window.queue.clone());
+        // Engines that find the device wanting open one of their own, or say why not.
+        if let Ok(gpu) = Gpu::sharing(&window.adapter, device, queue, &GpuOptions::default()) {
+            self.render.share(gpu);
+            self.picture.share(window.clone());
+        }
+        self
     }
 
     /// The same, with what an earlier window remembered.
@@ -196,6 +219,9 @@ impl App {
         self.document = Some(Document::new(volume, state, solids, path));
         self.picture.clear();
         self.panels.opened(viewer.as_ref());
+        if let Some(notes) = viewer {
+            self.picture.overlays = notes.overlays;
+        }
         self.readout.notices = notices;
         self.asked = None;
         self.opening = false;

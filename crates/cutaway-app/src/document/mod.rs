@@ -3,8 +3,10 @@
 //! Enters: files and edits. Leaves: the state that renderers and panels read. Nothing here draws or waits: files are read by
 //! [`load`], in threads of the caller's choosing, and handed over when they are there.
 
+mod functions;
 mod history;
 pub mod load;
+pub mod notes;
 mod operands;
 pub mod scene_file;
 pub mod solids;
@@ -19,6 +21,7 @@ use crate::cutting::OperandId;
 
 pub use history::History;
 pub use load::OpenVolume;
+pub use notes::ViewerNotes;
 pub use solids::Solids;
 pub use state::SceneState;
 
@@ -41,7 +44,15 @@ pub struct Document {
 impl Document {
     /// A volume, and how it is first seen.
     pub fn new(volume: Arc<OpenVolume>, state: SceneState, solids: Solids, path: Option<PathBuf>) -> Self {
-        Self { volume, saved: state.clone(), state, history: History::default(), solids, selected: None, path }
+        Self {
+            volume,
+            saved: state.clone(),
+            state,
+            history: History::default(),
+            solids,
+            selected: None,
+            path,
+        }
     }
 
     /// The volume.

@@ -171,3 +171,75 @@ fn relative(named: &str, scene: &Path) -> Result<String, String> {
     let below = below.and_then(Path::to_str).filter(|path| !path.starts_with("sample:"));
     Ok(below.unwrap_or(named).to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use cutaway_core::clip::ClipSource;
+
+    use super::*;
+    use crate::cutting::Cutting;
+    use crate::cutting::defaults::Shape;
+    use crate::cutting::edit::Place;
+    use crate::cutting::{Content, Operation};
+    use crate::testing::document;
+
+    /// The document's list as a scene file brings it back, after `change` was done to that.
+    fn reopened(document: &mut Document, change: impl FnOnce(&mut SceneFile)) -> Cutting {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.json");
+        write(document, &path, Some(serde_json::json!({ "overlays": {} }))).unwrap();
+        let mut file = read(&path).unwrap();
+        assert!(file.viewer.as_ref().is_some_and(|viewer| viewer.get("overlays").is_some()));
+        change(&mut file);
+        state_of(&file, &document.volume().volume).unwrap().cutting
+    }
+
+    /// A named group of a mesh and a ball that is hidden, beside a box that is alone.
+    fn edited() -> Document {
+        let mut document = document();
+        let group = document.add_operand(Content::Group(Vec::new())).unwrap();
+        document.add_solid(ClipSource::Mesh { path: "/data/bunny.ply".to_owned() });
+        let ball = document.add_shape(Shape::Sphere).unwrap().unwrap();
+        document.cut("edit", |cutting| {
+            cutting.get_mut(group).unwrap().name = "head".to_owned();
+            cutting.get_mut(ball).unwrap().visible = false;
+            let cube = Shape::Box.for_volume(&document_volume(), cutaway_core::glam::DVec3::Z).unwrap();
+            cutting.solo = Some(cutting.add(Content::Object(cube), Operation::Keep, Place::END));
+        });
+        document
+    }
+
+    fn document_volume() -> Volume {
+        document().volume().volume.clone()
+    }
+
+    #[test]
+    fn names_groups_hidden_operands_and_solo_are_in_a_scene_file() {
+        let mut document = edited();
+        let before = CuttingNotes::new(&document.state().cutting);
+        let again = reopened(&mut document, |_| {});
+        assert_eq!(CuttingNotes::new(&again), before);
+        assert_eq!(again.objects().len(), 3);
+        assert!(!document.is_changed());
+    }
+
+    #[test]
+    fn a_tree_that_was_changed_beside_the_notes_counts() {
+        let other = Shape::Sphere.for_volume(&document_volume(), cutaway_core::glam::DVec3::X).unwrap();
+        let clip = ClipFile::from(cutaway_core::clip::Node::Leaf(other));
+        let again = reopened(&mut edited(), |file| file.clip = Some(clip.clone()));
+        assert_eq!(again.to_clip(&document_volume()), Some(clip));
+        let again = reopened(&mut edited(), |file| file.viewer = None);
+        assert_eq!(again.operands.len(), 1, "only the one that is alone is in the tree: {again:?}");
+    }
+
+    #[test]
+    fn notes_of_another_program_are_left_alone() {
+        let mut document = edited();
+        let clip = document.state().cutting.to_clip(&document_volume());
+        let again = reopened(&mut document, |file| {
+            file.viewer = Some(serde_json::json!({ "cutting": [1, 2, 3] }));
+        });
+        assert_eq!(again.to_clip(&document_volume()), clip);
+    }
+}

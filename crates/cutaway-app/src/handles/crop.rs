@@ -48,7 +48,8 @@ impl CropHandles {
         document: &mut Document,
     ) -> bool {
         let seen = Seen::new(projection);
-        let grip = Grip::new(ui, response, &seen, self.dragging.has_pointer(), listens);
+        let held = self.dragging.has_pointer();
+        let grip = Grip::new(ui, response, &seen, held, listens);
         let frame = CropFrame::new(&document.volume().volume);
         match (grip, self.dragging, document.state().cutting.crop) {
             (Grip::Released(_), ..) => {
@@ -79,7 +80,7 @@ impl CropHandles {
         if let Some(crop) = document.state().cutting.crop {
             self.paint(ui, response, &seen, &frame, &crop);
         }
-        self.dragging.has_pointer()
+        held || self.dragging.has_pointer()
     }
 
     pub(super) fn has_pointer(&self) -> bool {

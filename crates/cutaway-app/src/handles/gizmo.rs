@@ -57,16 +57,24 @@ impl Gizmo {
         document: &mut Document,
     ) -> bool {
         let seen = Seen::new(projection);
-        let grip = Grip::new(ui, response, &seen, self.dragging.has_pointer(), listens);
+        let held = self.dragging.has_pointer();
+        let grip = Grip::new(ui, response, &seen, held, listens);
         let Some((id, frame)) = self.frame(document) else {
-            return self.let_go(&grip);
+            self.let_go(&grip);
+            return held;
         };
         self.follow(ui, &grip, &seen, document, id, frame);
         // It moved: it is drawn where it is now.
-        let Some((_, mut now)) = self.frame(document) else { return self.dragging.has_pointer() };
+        let Some((_, mut now)) = self.frame(document) else { return held };
         if let Dragging::Yes((_, drag)) = &self.dragging {
-            // Axes of the object would turn under the hand that turns it.
-            now = Frame { center: now.center, ..drag.frame };
+            // Axes of the object would turn under the hand that turns it, and the middle of a half-space is its own only
+            // until it is moved.
+            let moved = document.state().cutting.world_from_operand(id);
+            let before = drag.world_from_list * *drag.pose.world_from_object();
+            now = Frame {
+                center: (moved * before.inverse()).transform_point3(drag.frame.center),
+                ..drag.frame
+            };
             self.hovered = Some(drag.handle);
         }
         self.paint(ui, response, &seen, &now);
@@ -79,7 +87,8 @@ impl Gizmo {
                 Dragging::Yes(_) | Dragging::Over => egui::CursorIcon::Grabbing,
             });
         }
-        self.dragging.has_pointer()
+        // A click on a handle is nobody else's, either: the frame of its release is still taken.
+        held || self.dragging.has_pointer()
     }
 
     /// Where the selected operand is.
@@ -93,13 +102,12 @@ impl Gizmo {
     }
 
     /// Nothing is selected: whatever was held is held no more, but the pointer stays ours until it is released.
-    fn let_go(&mut self, grip: &Grip) -> bool {
+    fn let_go(&mut self, grip: &Grip) {
         self.hovered = None;
         self.dragging = match (&self.dragging, grip) {
             (Dragging::No, _) | (_, Grip::Released(_)) => Dragging::No,
             _ => Dragging::Over,
         };
-        self.dragging.has_pointer()
     }
 
     fn follow(
@@ -199,7 +207,8 @@ impl Gizmo {
                 places.into_iter().find(own)
             }
             Handle::ScaleAxis(axis) => {
-                let (place, color) = (at(frame.scale_axes[axis], lengths::SCALE_BOX)?, self.color(handle, axis));
+                let (place, color) =
+                    (at(frame.scale_axes[axis], lengths::SCALE_BOX)?, self.color(handle, axis));
                 square(painter, place, 5.0, color);
                 Some(place)
             }
@@ -207,7 +216,11 @@ impl Gizmo {
                 let corners = seen.line(&frame.square(axis, size))?;
                 let color = self.color(handle, axis);
                 let middle = corners[0].lerp(corners[2], 0.5);
-                painter.add(Shape::convex_polygon(corners, color.gamma_multiply(0.45), Stroke::new(1.0, color)));
+                painter.add(Shape::convex_polygon(
+                    corners,
+                    color.gamma_multiply(0.45),
+                    Stroke::new(1.0, color),
+                ));
                 Some(middle)
             }
             Handle::Ring(axis) => self.paint_ring(painter, seen, frame, handle, axis, lengths::RING * size),

@@ -55,7 +55,8 @@ impl RectangleClip {
             return false;
         }
         let seen = Seen::new(projection);
-        match (Grip::new(ui, response, &seen, self.dragging.has_pointer(), listens), self.dragging) {
+        let held = self.dragging.has_pointer();
+        match (Grip::new(ui, response, &seen, held, listens), self.dragging) {
             (Grip::Hover(_), _) => {
                 if ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
                     self.on = false;
@@ -77,7 +78,7 @@ impl RectangleClip {
         if self.on && response.hovered() {
             ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
         }
-        self.on || self.dragging.has_pointer()
+        held || self.on || self.dragging.has_pointer()
     }
 
     fn trim(&mut self, document: &mut Document, seen: &Seen, rectangle: [DVec2; 2]) {

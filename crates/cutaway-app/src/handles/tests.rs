@@ -32,6 +32,16 @@ impl Picture {
     }
 }
 
+/// Looks along y.
+fn from_the_front(document: &mut Document) {
+    let center = document.volume().volume.center_in_world();
+    document.look(|camera| {
+        camera.focal_point = center.to_array();
+        camera.position = (center - DVec3::Y * 80.0).to_array();
+        camera.view_up = DVec3::Z.to_array();
+    });
+}
+
 fn harness(document: Document) -> Harness<'static, Picture> {
     let picture = Picture { document, handles: Handles::default(), held: Vec::new() };
     let builder = Harness::builder().with_size(vec2(700.0, 520.0));
@@ -71,6 +81,7 @@ fn release(harness: &mut Harness<'_, Picture>, at: Pos2) {
 #[test]
 fn every_handle_has_a_name() {
     let (mut harness, _) = with_ball();
+    from_the_front(&mut harness.state_mut().document);
     harness.run();
     for name in ["scale all axes", "turn in the picture", "turn around x", "turn around y", "turn around z"] {
         assert!(harness.query_by_label(name).is_some(), "{name}");
@@ -195,6 +206,7 @@ fn faces_of_the_crop_box_are_dragged() {
     let mut document = document();
     let whole = CropBox::whole(&document.volume().volume);
     document.cut("crop", |cutting| cutting.crop = Some(whole));
+    from_the_front(&mut document);
     let mut harness = harness(document);
     harness.run();
     // The view is along one axis: its faces have no handles.
@@ -234,7 +246,8 @@ fn a_rectangle_trims_and_is_off_again() {
     release(&mut harness, to);
     let crop = harness.state().document.state().cutting.crop.unwrap();
     let whole = CropBox::whole(&harness.state().document.volume().volume);
-    let trimmed = DVec3::select(crop.min.cmpne(whole.min) | crop.max.cmpne(whole.max), DVec3::ONE, DVec3::ZERO);
+    let trimmed =
+        DVec3::select(crop.min.cmpne(whole.min) | crop.max.cmpne(whole.max), DVec3::ONE, DVec3::ZERO);
     assert_eq!(trimmed.element_sum(), 2.0, "{crop:?}: all but the axis of the view");
     assert!(!harness.state().handles.rectangle.on);
     harness.state_mut().document.undo();

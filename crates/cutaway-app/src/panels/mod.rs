@@ -2,25 +2,35 @@
 
 pub mod cutting;
 mod export;
+mod function;
+mod light;
+mod numbers;
 
 use std::path::Path;
 
 use cutaway_core::clip::ClipSource;
-use egui::{Response, Ui};
+use egui::containers::scroll_area::ScrollSource;
+use egui::{CollapsingHeader, Response, Ui};
 
 use crate::command::{Command, Purpose};
-use crate::document::Document;
+use crate::document::{Document, ViewerNotes};
 use crate::handles::Handles;
 use crate::picture::{Overlays, Projection};
 use crate::slices::Slices;
 pub use cutting::CuttingPanel;
 pub use export::ExportPanel;
+pub use function::FunctionPanel;
+pub use light::LightPanel;
 
 /// All panels.
 #[derive(Default)]
 pub struct Panels {
     /// Slices beside the picture, and what points at them.
     pub slices: Slices,
+    /// The editor of the transfer function.
+    pub function: FunctionPanel,
+    /// Mode, light, sampling.
+    pub light: LightPanel,
     /// What cuts.
     pub cutting: CuttingPanel,
     /// What is dragged in the picture.
@@ -30,16 +40,22 @@ pub struct Panels {
 }
 
 impl Panels {
-    /// Another document is open; `viewer` is what its scene file kept for a viewer.
-    pub fn opened(&mut self, _viewer: Option<&serde_json::Value>) {
-        self.slices.opened();
+    /// Another document is open; `notes` is what its scene file kept for a viewer.
+    pub fn opened(&mut self, notes: Option<&ViewerNotes>) {
+        self.slices.opened(notes.map(|notes| &notes.slices));
     }
 
     /// Draws the panels.
     pub fn show(&mut self, ui: &mut Ui, document: &mut Document, commands: &mut Vec<Command>) {
-        egui::ScrollArea::vertical().show(ui, |ui| {
-            ui.collapsing("Transfer function", |_ui| {});
-            ui.collapsing("Light", |_ui| {});
+        // Over the plot the wheel zooms.
+        let wheel = !self.function.takes_wheel();
+        let source = ScrollSource { mouse_wheel: wheel, ..ScrollSource::default() };
+        egui::ScrollArea::vertical().auto_shrink(false).scroll_source(source).show(ui, |ui| {
+            let function = CollapsingHeader::new("Transfer function").default_open(true);
+            if function.show(ui, |ui| self.function.show(ui, document, commands)).fully_closed() {
+                self.function.hidden();
+            }
+            ui.collapsing("Light", |ui| self.light.show(ui, document, commands));
             ui.collapsing("Cutting", |ui| {
                 self.cutting.show(ui, document, commands);
                 ui.separator();
@@ -58,7 +74,7 @@ impl Panels {
         document: &mut Document,
         _commands: &mut Vec<Command>,
     ) -> bool {
-        self.handles.show(ui, response, projection, document)
+        self.handles.show(ui, response, projection, document) || self.function.in_picture(response, document)
     }
 
     /// Adds an operand that cuts with a surface.
@@ -66,22 +82,25 @@ impl Panels {
         document.add_solid(source);
     }
 
-    /// Reads or writes the transfer function.
+    /// Reads or writes the transfer function; what there is to know of the file, one line each.
     ///
     /// # Errors
     /// One line: the file, and what is wrong.
     pub fn use_function_file(
         &mut self,
-        _document: &mut Document,
-        _purpose: Purpose,
-        _path: &Path,
-    ) -> Result<(), String> {
-        Ok(())
+        document: &mut Document,
+        purpose: Purpose,
+        path: &Path,
+    ) -> Result<Vec<String>, String> {
+        match purpose {
+            Purpose::SaveFunction => document.save_function(path),
+            _ => document.open_function(path),
+        }
     }
 
     /// What a scene file keeps for a viewer.
-    pub fn notes(&self, _document: &Document, overlays: Overlays) -> serde_json::Value {
-        serde_json::json!({ "overlays": overlays })
+    pub fn notes(&self, overlays: Overlays) -> ViewerNotes {
+        ViewerNotes { overlays, slices: self.slices.notes() }
     }
 
     /// Shows three slices beside the picture, or no longer.

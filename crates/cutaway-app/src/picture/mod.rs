@@ -5,17 +5,23 @@ mod overlays;
 mod projection;
 
 use cutaway_core::camera::Camera;
-use egui::{Color32, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui};
+use eframe::egui_wgpu::RenderState;
+use egui::{
+    Color32, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureId, TextureOptions, Ui,
+};
 
 pub use overlays::{Overlays, cube_face};
 pub use projection::Projection;
 
-use crate::render::{Frame, Pixels};
+use crate::render::{Frame, Pixels, Shown};
 
 /// The picture area.
 #[derive(Default)]
 pub struct Picture {
     texture: Option<TextureHandle>,
+    /// The window's renderer, where engines share its device, and the texture that it was given last.
+    window: Option<RenderState>,
+    native: Option<TextureId>,
     /// What lies over the picture.
     pub overlays: Overlays,
 }
@@ -32,7 +38,18 @@ pub enum Moved {
 impl Picture {
     /// Takes a frame to be shown from now on.
     pub fn take(&mut self, context: &egui::Context, frame: &Frame) {
-        let Pixels { size, rgba } = &frame.pixels;
+        self.release();
+        let Pixels { size, rgba } = match &frame.shown {
+            Shown::Pixels(pixels) => pixels,
+            Shown::OnDevice(texture) => {
+                self.native = self.window.as_ref().map(|window| {
+                    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+                    let mut renderer = window.renderer.write();
+                    renderer.register_native_texture(&window.device, &view, wgpu::FilterMode::Linear)
+                });
+                return;
+            }
+        };
         let size = size.map(|side| side as usize);
         let image = egui::ColorImage::from_rgba_premultiplied(size, rgba);
         match &mut self.texture {
@@ -43,7 +60,19 @@ impl Picture {
 
     /// Forgets what was shown.
     pub fn clear(&mut self) {
+        self.release();
         self.texture = None;
+    }
+
+    /// Takes frames that stay on the device of this window's renderer.
+    pub fn share(&mut self, window: RenderState) {
+        self.window = Some(window);
+    }
+
+    fn release(&mut self) {
+        if let (Some(window), Some(native)) = (&self.window, self.native.take()) {
+            window.renderer.write().free_texture(&native);
+        }
     }
 
     /// Draws it over all that is left of `ui`; its response and rectangle.
@@ -52,9 +81,9 @@ impl Picture {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture of the volume"));
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 0.0, background);
-        if let Some(texture) = &self.texture {
+        if let Some(texture) = self.native.or(self.texture.as_ref().map(TextureHandle::id)) {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-            painter.image(texture.id(), rect, whole, Color32::WHITE);
+            painter.image(texture, rect, whole, Color32::WHITE);
         }
         response
     }

@@ -21,7 +21,7 @@ use cutaway_gpu::{
 };
 
 use super::quality::{Pace, reduced};
-use super::{DebugView, Frame, MOVING_BUDGET, Pixels, Request, Took};
+use super::{DebugView, Frame, MOVING_BUDGET, Pixels, Request, Shown, Took};
 use crate::document::OpenVolume;
 
 /// Why a picture was not finished.
@@ -55,6 +55,8 @@ const WIREFRAME: [f32; 3] = [0.1, 0.9, 0.4];
 #[derive(Debug, Default)]
 pub struct Engines {
     gpu: Option<Result<Gpu, String>>,
+    /// Whether the device is the window's: pictures stay there.
+    shared: bool,
     running: Option<Running>,
 }
 
@@ -115,6 +117,11 @@ enum Prepared {
 }
 
 impl Engines {
+    /// Engines on the window's device: pictures stay on it.
+    pub fn sharing(gpu: Gpu) -> Self {
+        Self { gpu: Some(Ok(gpu)), shared: true, running: None }
+    }
+
     /// Renders what is wanted, coarse first, and hands over every frame; ends early once `overtaken` is set.
     ///
     /// # Errors
@@ -139,7 +146,7 @@ impl Engines {
             adapter: running.engine.adapter(),
             ..Took::default()
         };
-        let view = View { request, scene: &scene, overtaken, started, took };
+        let view = View { request, scene: &scene, overtaken, started, took, on_device: self.shared };
         running.engine.render(&view, &mut running.pace, hand_over)
     }
 
@@ -259,15 +266,17 @@ struct View<'a> {
     overtaken: &'a AtomicBool,
     started: Instant,
     took: Took,
+    /// Whether pictures stay on the device, where the engine can leave them there.
+    on_device: bool,
 }
 
 impl View<'_> {
-    fn frame(&self, image: &Image, spacing: u32, counts: Counts) -> Frame {
+    fn frame(&self, shown: Shown, spacing: u32, counts: Counts) -> Frame {
         let milliseconds = milliseconds(self.started);
         let Counts { samples, gpu_bytes } = counts;
         Frame {
             serial: 0,
-            pixels: Pixels::of(image),
+            shown,
             done: spacing <= 1,
             spacing,
             took: Took { milliseconds, samples, gpu_bytes, ..self.took.clone() },
@@ -368,14 +377,43 @@ impl Prepared {
             let state = &view.request.state;
             let scene = state.scene(view.scene.volume(), view.request.clip.as_ref(), size)?;
             let began = Instant::now();
-            let (image, counts) = self.whole(&scene, view.request.debug, &|_| {})?;
+            let (shown, counts) = self.shown(&scene, view, factor > 1)?;
             pace.note(size, began.elapsed());
-            hand_over(view.frame(&image, factor, counts))?;
+            hand_over(view.frame(shown, factor, counts))?;
             if view.is_overtaken() {
                 return Err(Interrupt::Overtaken);
             }
         }
         Ok(())
+    }
+
+    /// A whole image at once, wherever it is. All but the `first` is given up once something newer is wanted.
+    fn shown(&self, scene: &Scene, view: &View<'_>, first: bool) -> Result<(Shown, Counts), Interrupt> {
+        let cancel = (!first).then_some(view.overtaken);
+        let given_up = |error: GpuError| match error {
+            GpuError::Cancelled => Interrupt::Overtaken,
+            error => error.into(),
+        };
+        let debug = view.request.debug;
+        let Self::Raycast { renderer, volume, classification } = self else {
+            let (image, counts) = self.whole(scene, debug, &|_| {})?;
+            return Ok((Shown::Pixels(Pixels::of(&image)), counts));
+        };
+        if debug == DebugView::Fetches {
+            let (image, counts) = self.whole(scene, debug, &|_| {})?;
+            return Ok((Shown::Pixels(Pixels::of(&image)), counts));
+        }
+        let wireframe = (debug == DebugView::Wireframe).then_some(WIREFRAME);
+        let extras = Extras { wireframe, cancel, ..Extras::default() };
+        if view.on_device {
+            let frame = renderer.show(volume, classification, scene, &extras).map_err(given_up)?;
+            let counts = Counts { samples: 0, gpu_bytes: frame.gpu_bytes };
+            return Ok((Shown::OnDevice(frame.texture), counts));
+        }
+        let rendered = renderer.render_with(volume, classification, scene, &extras, &|_| {});
+        let (image, s) = rendered.map_err(given_up)?;
+        let counts = Counts { samples: s.samples, gpu_bytes: s.gpu_bytes };
+        Ok((Shown::Pixels(Pixels::of(&image)), counts))
     }
 
     /// A whole image at once.
@@ -435,7 +473,8 @@ fn progressively(
     loop {
         let counts = Counts { samples: progressive.statistics().samples, gpu_bytes: 0 };
         let spacing = if step.done { 1 } else { step.spacing.max(2) };
-        hand_over(view.frame(&progressive.image(), spacing, counts))?;
+        let shown = Shown::Pixels(Pixels::of(&progressive.image()));
+        hand_over(view.frame(shown, spacing, counts))?;
         if step.done {
             return Ok(());
         }

@@ -9,10 +9,12 @@
 //! | the window's | [`RenderService::request`], [`RenderService::frame`] |
 //! | `render` | classifies, casts, hands over; owns the engines ([`engines`]) |
 //! | the CPU engine's own | tiles |
+//! | `thumbnails` | small pictures for lists ([`thumbnails`]) |
 
 pub mod engines;
 mod quality;
 mod service;
+pub mod thumbnails;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -60,13 +62,22 @@ pub struct Frame {
     /// Which request it answers: its number, counted from 1.
     pub serial: u64,
     /// The picture.
-    pub pixels: Pixels,
+    pub shown: Shown,
     /// Whether it stays as it is.
     pub done: bool,
     /// Distance in pixels of the rays that it was made of, at least.
     pub spacing: u32,
     /// What it took.
     pub took: Took,
+}
+
+/// Where a picture is.
+#[derive(Clone, Debug)]
+pub enum Shown {
+    /// In memory.
+    Pixels(Pixels),
+    /// On the device that the window is drawn with, as `Rgba8Unorm`.
+    OnDevice(wgpu::Texture),
 }
 
 /// A picture as the window draws it.

@@ -5,6 +5,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use cutaway_gpu::Gpu;
+
 use super::engines::{Engines, Interrupt};
 use super::{Frame, Request};
 
@@ -33,6 +35,8 @@ struct Waiting {
     request: Option<(u64, Box<Request>)>,
     last: u64,
     closed: bool,
+    /// A device that the engines are to use from now on.
+    shared: Option<Gpu>,
 }
 
 impl RenderService {
@@ -57,6 +61,11 @@ impl RenderService {
         self.slot.overtaken.store(true, Ordering::Relaxed);
         self.slot.changed.notify_one();
         serial
+    }
+
+    /// Has the engines use a device that the window is drawn with, and leave pictures there.
+    pub fn share(&self, gpu: Gpu) {
+        self.slot.waiting.lock().unwrap_or_else(PoisonError::into_inner).shared = Some(gpu);
     }
 
     /// The next answer, if one is there.
@@ -102,6 +111,10 @@ impl Slot {
 fn serve(slot: &Slot, answers: &Sender<Answer>, wake: &dyn Fn()) {
     let mut engines = Engines::default();
     while let Some((serial, request)) = slot.next() {
+        let shared = slot.waiting.lock().unwrap_or_else(PoisonError::into_inner).shared.take();
+        if let Some(gpu) = shared {
+            engines = Engines::sharing(gpu);
+        }
         let mut hand_over = |frame: Frame| {
             let sent = answers.send(Ok(Frame { serial, ..frame })).is_ok();
             wake();

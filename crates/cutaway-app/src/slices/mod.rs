@@ -42,6 +42,22 @@ pub struct Slices {
     panes: [Pane; 4],
 }
 
+/// What a scene file keeps of slices.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
+pub struct SliceNotes {
+    /// Whether they are shown.
+    pub visible: bool,
+    /// Whether there is a fourth, as the camera looks.
+    pub oblique: bool,
+    /// The point that all slices pass through, in the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crosshair: Option<[f64; 3]>,
+    /// The values that are black and white.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<[f64; 2]>,
+}
+
 #[derive(Default)]
 struct Pane {
     texture: Option<egui::TextureHandle>,
@@ -62,10 +78,20 @@ struct Made {
 }
 
 impl Slices {
-    /// Another volume: nothing that was pointed at is there any more.
-    pub fn opened(&mut self) {
-        let (visible, oblique) = (self.visible, self.oblique);
-        *self = Self { visible, oblique, ..Self::default() };
+    /// Another volume: nothing that was pointed at is there any more. Its scene file may say what is shown.
+    pub fn opened(&mut self, notes: Option<&SliceNotes>) {
+        let as_before = SliceNotes { visible: self.visible, oblique: self.oblique, ..SliceNotes::default() };
+        let SliceNotes { visible, oblique, crosshair, levels } = notes.cloned().unwrap_or(as_before);
+        let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+        let crosshair = crosshair.filter(|p| finite(p)).map(DVec3::from_array);
+        let levels = levels.filter(|l| finite(l) && l[0] < l[1]);
+        *self = Self { visible, oblique, crosshair, levels, ..Self::default() };
+    }
+
+    /// What a scene file keeps.
+    pub fn notes(&self) -> SliceNotes {
+        let Self { visible, oblique, levels, .. } = *self;
+        SliceNotes { visible, oblique, crosshair: self.crosshair.map(|p| p.to_array()), levels }
     }
 
     /// The point that all slices pass through.

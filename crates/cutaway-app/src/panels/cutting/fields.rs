@@ -137,7 +137,8 @@ fn shape(ui: &mut Ui, document: &mut Document, id: OperandId, source: &ClipSourc
         }
         ClipSource::Patches { path, tolerance } => {
             let mut within = tolerance.unwrap_or(0.0);
-            ui.label("Tolerance").on_hover_text("How far triangles may be from the patches; 0: what suits them");
+            ui.label("Tolerance")
+                .on_hover_text("How far triangles may be from the patches; 0: what suits them");
             let changed = positive.one(ui, "tolerance", &mut within);
             ui.end_row();
             let tolerance = Some(within).filter(|within| *within > 0.0);

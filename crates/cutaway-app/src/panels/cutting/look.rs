@@ -66,7 +66,8 @@ pub(super) fn surfaces(ui: &mut Ui, document: &mut Document) {
         shown.response.labelled_by(label.id).on_hover_text("How the light on a cut reaches below it");
         ui.end_row();
         let label = ui.label("Thickness");
-        let voxels = egui::DragValue::new(&mut shading.thickness).range(0.0..=1e6).speed(0.05).suffix(" voxels");
+        let voxels =
+            egui::DragValue::new(&mut shading.thickness).range(0.0..=1e6).speed(0.05).suffix(" voxels");
         ui.add_enabled(shading.impregnation != Impregnation::None, voxels).labelled_by(label.id);
         ui.end_row();
         let label = ui.label("Surface opacity");

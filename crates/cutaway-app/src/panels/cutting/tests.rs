@@ -39,6 +39,11 @@ fn set(harness: &mut Harness<'_, Window>, label: &str, value: f64) {
     harness.state_mut().document.settle();
 }
 
+/// The name in a row of the tree; the heading of the numbers has it, too.
+fn row_of<'h>(harness: &'h Harness<'_, Window>, name: &'h str) -> egui_kittest::Node<'h> {
+    harness.get_by_role_and_label(egui::accesskit::Role::Button, name)
+}
+
 fn operands<'a>(harness: &'a Harness<'_, Window>) -> &'a [crate::cutting::Operand] {
     &harness.state().document.state().cutting.operands
 }
@@ -86,7 +91,7 @@ fn what_an_operand_does_is_chosen() {
     click(&mut harness, "operation of sphere");
     choose(&mut harness, "keep");
     assert_eq!(operands(&harness)[0].operation, Operation::Keep);
-    click(&mut harness, "hide sphere");
+    click(&mut harness, "show sphere");
     assert!(!operands(&harness)[0].visible);
     click(&mut harness, "show sphere");
     assert!(operands(&harness)[0].visible);
@@ -101,7 +106,7 @@ fn menus_rename_duplicate_group_and_move() {
     let mut harness = harness();
     click(&mut harness, "add sphere");
     let menu = |harness: &mut Harness<'_, Window>, row: &str, entry: &str| {
-        harness.get_by_label(row).click_secondary();
+        row_of(harness, row).click_secondary();
         harness.run();
         choose(harness, entry);
     };
@@ -133,7 +138,7 @@ fn rows_are_dragged_to_other_places_and_into_groups() {
     for shape in ["add sphere", "add box", "add plane"] {
         click(&mut harness, shape);
     }
-    let row = |harness: &Harness<'_, Window>, name: &str| harness.get_by_label(name).rect();
+    let row = |harness: &Harness<'_, Window>, name: &str| row_of(harness, name).rect();
     let drag = |harness: &mut Harness<'_, Window>, from: egui::Pos2, to: egui::Pos2| {
         harness.drag_at(from);
         harness.run();
@@ -144,10 +149,12 @@ fn rows_are_dragged_to_other_places_and_into_groups() {
         harness.drop_at(to);
         harness.run();
     };
-    let (from, to) = (row(&harness, "drag plane").center(), row(&harness, "sphere").center_top());
+    let (from, to) =
+        (harness.get_by_label("drag plane").rect().center(), row(&harness, "sphere").center_top());
     drag(&mut harness, from, to);
     assert_eq!(names(&harness), ["plane", "sphere", "box"]);
-    let (from, to) = (row(&harness, "drag plane").center(), row(&harness, "sphere").center_bottom());
+    let (from, to) =
+        (harness.get_by_label("drag plane").rect().center(), row(&harness, "sphere").center_bottom());
     drag(&mut harness, from, to);
     assert_eq!(names(&harness), ["sphere", "plane", "box"]);
     // Once more by its name, into a group.
@@ -238,7 +245,9 @@ fn the_crop_box_is_turned_on_and_trimmed_by_numbers() {
 fn cut_surfaces_are_set() {
     let mut harness = harness();
     set(&mut harness, "Thickness", 7.0);
-    set(&mut harness, "Surface opacity", 0.5);
+    let slider = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Surface opacity");
+    slider.set_value_accesskit(0.5);
+    harness.run();
     click(&mut harness, "Close cut isosurfaces");
     click(&mut harness, "Light below cuts");
     choose(&mut harness, "step");

@@ -1,6 +1,6 @@
 //! The list of operations, with the lists within it.
 
-use egui::{Button, DragAndDrop, Key, Label, Rect, Response, RichText, Sense, Stroke, Ui};
+use egui::{Button, DragAndDrop, Key, Rect, Response, RichText, Sense, Stroke, Ui};
 
 use crate::cutting::edit::{GroupKind, Place};
 use crate::cutting::{Content, Cutting, Operand, OperandId, Operation};
@@ -106,14 +106,12 @@ impl Rows<'_> {
 
     fn row(&mut self, ui: &mut Ui, operand: &Operand, is_first_of_group: bool) {
         let (id, name) = (operand.id, &operand.name);
-        let grip = ui.add(Label::new(RichText::new("☰").weak()).sense(Sense::drag()).selectable(false));
-        let grip = grip.accessible_name(format!("drag {name}")).on_hover_cursor(egui::CursorIcon::Grab);
+        let grip = grip(ui).accessible_name(format!("drag {name}"));
         grip.dnd_set_drag_payload(id);
-        let verb = if operand.visible { "hide" } else { "show" };
-        let eye = RichText::new("👁");
-        let eye = ui.add(Button::new(if operand.visible { eye } else { eye.weak().strikethrough() }).frame(false));
-        if eye.accessible_name(format!("{verb} {name}")).on_hover_text(verb).clicked() {
-            self.actions.push(Action::Show(id, !operand.visible));
+        let mut visible = operand.visible;
+        let shown = ui.checkbox(&mut visible, "").accessible_name(format!("show {name}"));
+        if shown.on_hover_text("Whether it has an effect").changed() {
+            self.actions.push(Action::Show(id, visible));
         }
         self.operation(ui, operand, is_first_of_group);
         self.name(ui, operand);
@@ -122,7 +120,7 @@ impl Rows<'_> {
         if solo.on_hover_text("Only this has an effect").clicked() {
             self.actions.push(Action::Solo(id));
         }
-        let remove = ui.add(Button::new("🗑").frame(false)).accessible_name(format!("delete {name}"));
+        let remove = ui.add(Button::new("×").frame(false)).accessible_name(format!("delete {name}"));
         if remove.on_hover_text("Delete").clicked() {
             self.actions.push(Action::Remove(id));
         }
@@ -164,7 +162,9 @@ impl Rows<'_> {
             return;
         }
         let selected = self.document.selected == Some(operand.id);
-        let name = ui.add(Button::selectable(selected, text_of(operand, self.document)).sense(Sense::click_and_drag()));
+        let name = ui.add(
+            Button::selectable(selected, text_of(operand, self.document)).sense(Sense::click_and_drag()),
+        );
         let name = name.accessible_name(operand.name.as_str());
         name.dnd_set_drag_payload(operand.id);
         if name.clicked() {
@@ -258,6 +258,18 @@ impl Rows<'_> {
             self.actions.push(Action::Move(dragged, to));
         }
     }
+}
+
+/// Six dots to take hold of a row by.
+fn grip(ui: &mut Ui) -> Response {
+    let (rect, response) = ui.allocate_exact_size(egui::vec2(10.0, 16.0), Sense::drag());
+    let color = ui.style().interact(&response).fg_stroke.color;
+    for (x, y) in (0..6).map(|i| (i % 2, i / 2)) {
+        let at = egui::vec2(x as f32 - 0.5, y as f32 - 1.0) * 4.0;
+        ui.painter().circle_filled(rect.center() + at, 1.0, color);
+    }
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "drag"));
+    response.on_hover_cursor(egui::CursorIcon::Grab)
 }
 
 /// The name, and what there is to say of it.
