@@ -159,10 +159,10 @@ impl<T> LaneSource<'_, T> {
         {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
             let indices: [u32; MAX_LANES] = opaque(simd, &i);
-            for k in 0..N {
-                let base = self.0.as_ptr().wrapping_add(offsets[k] as usize);
-                for l in 0..S::u32s::LEN {
-                    let element = base.wrapping_add(indices[l] as usize).cast();
+            for offset in offsets {
+                let base = self.0.as_ptr().wrapping_add(offset as usize);
+                for index in &indices[..S::u32s::LEN] {
+                    let element = base.wrapping_add(*index as usize).cast();
                     // SAFETY: a prefetch has no effect that a program could see, and to it no address is wrong. Opaque frames of
                     // 512³ voxels take a fifth less time with it.
                     unsafe { _mm_prefetch::<_MM_HINT_T0>(element) };
@@ -301,13 +301,7 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
         let bounded = self.bounded(simd, i, reach);
         let mut out = [[bounded; W]; N];
         if reach > self.0.len() {
-            for w in 0..W {
-                let words = self.words_of_few(simd, i + (w * T::PER_WORD) as u32, offsets);
-                for k in 0..N {
-                    out[k][w] = words[k];
-                }
-            }
-            return out;
+            return self.long_words_of_few(simd, i, offsets);
         }
         let indices: [u32; MAX_LANES] = opaque(simd, &bounded);
         for k in 0..N {
@@ -344,6 +338,24 @@ impl<T: PackedVoxel> LaneSource<'_, T> {
                 let word =
                     found.enumerate().fold(0, |word, (k, v)| word | v.bits() << (k * 32 / T::PER_WORD));
                 out.as_mut_slice()[l] = word;
+            }
+        }
+        out
+    }
+
+    /// The same of several words.
+    #[cold]
+    fn long_words_of_few<S: Simd, const N: usize, const W: usize>(
+        self,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::u32s; W]; N] {
+        let mut out = [[i; W]; N];
+        for w in 0..W {
+            let words = self.words_of_few(simd, i + (w * T::PER_WORD) as u32, offsets);
+            for (out, word) in out.iter_mut().zip(words) {
+                out[w] = word;
             }
         }
         out
