@@ -154,7 +154,7 @@ proptest! {
         prop_assert!(motion.transform_point3(center).distance(center) < 1e-9 * (1.0 + center.length()));
         for axis in drag.frame.scale_axes {
             let factor = axis.dot(motion.matrix3 * axis);
-            prop_assert!(factor >= 0.0099 && factor <= 100.1, "{factor}");
+            prop_assert!((0.0099..=100.1).contains(&factor), "{factor}");
             prop_assert!((motion.matrix3 * axis - axis * factor).length() < 1e-9 * factor.max(1.0));
         }
     }
