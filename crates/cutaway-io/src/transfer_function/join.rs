@@ -58,12 +58,13 @@ fn join(
 ) -> Result<TransferFunction, cutaway_core::transfer_function::TransferFunctionError> {
     let (c, o) = (&colors.points, &opacities.points);
     if c.len() == o.len() && c.iter().zip(o).all(|(c, o)| c.0 == o.0) {
-        let point = |(&(value, color), &(_, [opacity])): (&(f64, [f64; 3]), &(f64, [f64; 1]))| ControlPoint {
-            value,
-            color,
-            opacity,
-        };
-        return TransferFunction::new(c.iter().zip(o).map(point).collect());
+        let pairs = c.iter().zip(o);
+        let points = pairs.map(|((value, color), (_, [opacity]))| ControlPoint {
+            value: *value,
+            color: *color,
+            opacity: *opacity,
+        });
+        return TransferFunction::new(points.collect());
     }
     let o: Vec<(f64, f64)> = o.iter().map(|&(value, [opacity])| (value, opacity)).collect();
     TransferFunction::from_color_and_opacity(c, &o)

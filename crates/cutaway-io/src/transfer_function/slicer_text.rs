@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
         if count > MAX_POINTS * each {
             return Err(FunctionReadError::TooManyPoints { file: self.file.to_owned() });
         }
-        if count % each != 0 {
+        if !count.is_multiple_of(each) {
             return Err(self.error(line, &count.to_string(), format!("a multiple of {each}")));
         }
         let mut numbers = Vec::new();

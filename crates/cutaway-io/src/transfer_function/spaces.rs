@@ -36,8 +36,8 @@ impl ColorSpace {
             Self::Lab => rgb_from_lab(&lerp(&lab_from_rgb(a), &lab_from_rgb(b), s)),
             Self::Diverging => mix_diverging(a, b, s),
         };
-        // Not a number cannot come of colours in range; `max` would make 0 of it.
-        color.map(|c| c.max(0.0).min(1.0))
+        // Not a number cannot come of colours in range; it would be 0.
+        color.map(|c| if c > 0.0 { c.min(1.0) } else { 0.0 })
     }
 }
 
