@@ -138,7 +138,7 @@ pub fn outline(kept: &[bool], width: usize) -> Vec<bool> {
     let at = |i: usize| {
         let right = i + 1;
         let below = i + width;
-        let beside = right % width != 0 && kept[right] != kept[i];
+        let beside = !right.is_multiple_of(width) && kept[right] != kept[i];
         beside || (below < kept.len() && kept[below] != kept[i])
     };
     if width == 0 { Vec::new() } else { (0..kept.len()).map(at).collect() }
