@@ -30,6 +30,10 @@ const SHADERS: &[(&str, &str)] = &[
     ("cells project mesh", crate::cells::PROJECT_MESH_SHADER),
     ("cells sort", crate::cells::SORT_SHADER),
     ("cells widen", crate::cells::WIDEN_SHADER),
+    ("cells tiles mesh", crate::cells::TILES_MESH_SHADER),
+    ("cells tiles bin", crate::cells::TILES_BIN_SHADER),
+    ("cells tiles composite", crate::cells::TILES_COMPOSITE_SHADER),
+    ("cells tiles show", crate::cells::TILES_SHOW_SHADER),
     ("slices", crate::slices::SHADER),
     ("develop", crate::slices::DEVELOP_SHADER),
 ];

@@ -26,6 +26,7 @@ mod grid;
 mod mesh;
 mod pipelines;
 mod tables;
+mod tiles;
 mod view;
 
 use std::sync::{Mutex, PoisonError};
@@ -48,6 +49,7 @@ use grid::{GridBuffers, GridFrame};
 use mesh::GpuMesh;
 use pipelines::{Pipelines, Source, Variant, pass};
 use tables::Tables;
+use tiles::TileBuffers;
 use view::View;
 
 #[cfg(test)]
@@ -56,6 +58,7 @@ pub(crate) use {
     grid::SelectTask,
     mesh::{MeshTask, SortTask},
     tables::Piece,
+    tiles::TileTask,
     view::ViewUniforms,
 };
 
@@ -67,6 +70,12 @@ pub(crate) const PROJECT_GRID_SHADER: &str =
 pub(crate) const PROJECT_MESH_SHADER: &str =
     include_str!(concat!(env!("OUT_DIR"), "/cells_project_mesh.wgsl"));
 pub(crate) const SORT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_sort.wgsl"));
+pub(crate) const TILES_MESH_SHADER: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_mesh.wgsl"));
+pub(crate) const TILES_BIN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_bin.wgsl"));
+pub(crate) const TILES_COMPOSITE_SHADER: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_composite.wgsl"));
+pub(crate) const TILES_SHOW_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_show.wgsl"));
 pub(crate) const WIDEN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_widen.wgsl"));
 
 /// The largest error of the psi table, of a mean transmittance of 0 to 1: for optical depths of up to 8, and of denser
@@ -105,6 +114,19 @@ pub enum CellIntegral {
     Exact,
 }
 
+/// Who fills the pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum CellDrawing {
+    /// [`Tiles`](Self::Tiles) on software adapters, [`Triangles`](Self::Triangles) on others.
+    #[default]
+    Auto,
+    /// The rasteriser: a fan of triangles a tetrahedron, blended.
+    Triangles,
+    /// Compute shaders: lists of tetrahedra a tile, composited from front to back. Where that is not made (lit scenes, cut
+    /// ones, integrals that are not exact) triangles are drawn.
+    Tiles,
+}
+
 /// How cells are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct CellOptions {
@@ -114,6 +136,8 @@ pub struct CellOptions {
     pub integral: CellIntegral,
     /// Whether e^-u comes from a table, for all but [`CellIntegral::Exact`].
     pub exponential_table: bool,
+    /// Who fills the pixels.
+    pub drawing: CellDrawing,
     /// Whether setting up and drawing are timed apart, which waits between them.
     pub timed: bool,
 }
@@ -145,6 +169,7 @@ pub struct CellRenderer {
     finisher: Finisher,
     targets: Mutex<Option<Targets>>,
     grid: Mutex<Option<GridBuffers>>,
+    tiles: Mutex<Option<TileBuffers>>,
     clip: Mutex<ClipLayers>,
 }
 
@@ -186,6 +211,7 @@ struct Drawing<'a> {
     scene: &'a wgpu::BindGroup,
     image: &'a wgpu::BindGroup,
     tables: &'a wgpu::BindGroup,
+    piece_texels: &'a wgpu::TextureView,
     timing: Option<&'a Mutex<Timing>>,
 }
 
@@ -208,6 +234,7 @@ impl CellRenderer {
             finisher: Finisher::new(gpu)?,
             targets: Mutex::default(),
             grid: Mutex::default(),
+            tiles: Mutex::default(),
             clip: Mutex::default(),
         })
     }
@@ -345,14 +372,21 @@ impl CellRenderer {
             scene: &scene_group,
             image: &image_group,
             tables: &tables_group,
+            piece_texels: &classification.tables.piece_texels,
             timing: self.options.timed.then_some(&timing),
         };
         drawing.restart();
         let (drawn, bytes) = match &cells.mesh {
+            Some(mesh) if self.in_tiles(scene, size) => {
+                let (drawn, bytes) = self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
+                    mesh.draw_tiles(&drawing, &view, tiles, progress)
+                })?;
+                (drawn, bytes + mesh.bytes())
+            }
             Some(mesh) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
             None => self.draw_grid(&drawing, &view, cells, classification, progress)?,
         };
-        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float {
+        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float && !self.in_tiles(scene, size) {
             self.pipelines.widen(gpu, &target, &targets.views()[0])?;
         }
         drawing.end_of_drawing()?;
@@ -366,6 +400,37 @@ impl CellRenderer {
             setup_ms: timing.setup_ms,
             draw_ms: timing.draw_ms,
         })
+    }
+
+    /// Whether a scene is drawn in tiles.
+    fn in_tiles(&self, scene: &Scene, size: [u32; 2]) -> bool {
+        let wanted = match self.options.drawing {
+            CellDrawing::Auto => self.gpu.adapter().software,
+            CellDrawing::Triangles => false,
+            CellDrawing::Tiles => true,
+        };
+        let plain = self.options.integral == CellIntegral::Exact && !scene.is_shaded() && scene.clip().is_none();
+        wanted && plain && TileBuffers::can_draw(size)
+    }
+
+    fn draw_tiles(
+        &self,
+        drawing: &Drawing,
+        size: [u32; 2],
+        target: &wgpu::TextureView,
+        draw: impl FnOnce(&mut TileBuffers) -> Result<u64, GpuError>,
+    ) -> Result<(u64, u64), GpuError> {
+        let mut kept = self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut tiles = match kept.take().filter(|tiles| tiles.fits(size)) {
+            Some(tiles) => tiles,
+            None => TileBuffers::new(&self.gpu, size)?,
+        };
+        tiles.clear(&self.gpu)?;
+        let drawn = draw(&mut tiles)?;
+        tiles.show(drawing, target)?;
+        let bytes = tiles.bytes();
+        *kept = Some(tiles);
+        Ok((drawn, bytes))
     }
 
     fn draw_grid(

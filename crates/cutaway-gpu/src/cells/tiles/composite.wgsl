@@ -1,0 +1,217 @@
+// Draws a tile's tetrahedra from front to back, in registers: a thread has eight pixels, four by two, and goes through its
+// tile's list by itself. It looks for the next tetrahedron that its pixels are in, and then integrates along all eight of
+// them, one piece of the transfer function at a time: neighbouring threads, which go in step, are mostly each at work on
+// another tetrahedron and none waits for what only its neighbour sees.
+
+import package::cells::integral::of_piece;
+import package::cells::pieces::Piece;
+import package::cells::tiles::record::{ROW_BITS, TEXELS, TILE};
+import package::cells::tiles::task::TileTask;
+import package::cells::view::view;
+import package::shared::frame::frame;
+import package::shared::ray::ray_of;
+
+@group(1) @binding(0) var<uniform> task: TileTask;
+@group(1) @binding(1) var<storage, read> spans: array<vec2u>;
+@group(1) @binding(2) var<storage, read> live: array<u32>;
+@group(1) @binding(3) var<storage, read> totals: array<u32>;
+@group(1) @binding(4) var records: texture_2d<u32>;
+@group(1) @binding(5) var lists: texture_2d<u32>;
+// Three texels a piece, as in `Piece`.
+@group(1) @binding(6) var piece_texels: texture_2d<f32>;
+// Premultiplied colour and opacity of what is in front: by tile, part and pixel.
+@group(1) @binding(7) var<storage, read_write> image: array<vec4f>;
+
+override PARALLEL: bool = false;
+
+// What eight pixels integrate at a time.
+struct Slab {
+    // Faces at the first pixel, per x, per y.
+    entry_0: vec3f,
+    plane_1: vec3f,
+    plane_2: vec3f,
+    exit_3: vec3f,
+    entries: u32,
+    value: vec4f,
+    piece: Piece,
+}
+
+fn at_pixel(plane: vec3f, pixel: vec2f) -> f32 {
+    return plane.x + plane.y * pixel.x + plane.z * pixel.y;
+}
+
+fn place_in_rows(index: u32) -> vec2u {
+    return vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS);
+}
+
+fn record_texel(index: u32) -> vec4u {
+    return textureLoad(records, place_in_rows(index), 0);
+}
+
+fn piece_of(index: u32) -> Piece {
+    let at = 3u * index;
+    let range = textureLoad(piece_texels, place_in_rows(at + 2u), 0);
+    return Piece(
+        textureLoad(piece_texels, place_in_rows(at), 0),
+        textureLoad(piece_texels, place_in_rows(at + 1u), 0),
+        range.x,
+        range.y,
+        range.z,
+        0.0,
+    );
+}
+
+// What is in front of a pixel, with a slab behind it.
+fn behind(front: vec4f, slab: Slab, pixel: vec2f, per_depth: f32) -> vec4f {
+    let z0 = at_pixel(slab.entry_0, pixel);
+    let z1 = at_pixel(slab.plane_1, pixel);
+    let z2 = at_pixel(slab.plane_2, pixel);
+    let z3 = at_pixel(slab.exit_3, pixel);
+    let second = slab.entries >= 2u;
+    let third = slab.entries >= 3u;
+    var e_near = max(z0, max(select(z0, z1, second), select(z0, z2, third)));
+    let e_far = min(z3, min(select(z1, z3, second), select(z2, z3, third)));
+    let q = slab.value.x + slab.value.y * pixel.x + slab.value.z * pixel.y;
+    var near: f32;
+    var far: f32;
+    var depth: f32;
+    if PARALLEL {
+        near = q + slab.value.w * e_near;
+        far = q + slab.value.w * e_far;
+        depth = e_far - e_near;
+    } else {
+        // Not nearer than the nearest that is drawn.
+        e_near = max(e_near, (view.least_w - 1.0) / (view.least_w * view.inverse));
+        let w_near = 1.0 / (1.0 - e_near * view.inverse);
+        let w_far = 1.0 / max(1.0 - e_far * view.inverse, 1e-30);
+        near = (q + slab.value.w * e_near) * w_near;
+        far = (q + slab.value.w * e_far) * w_far;
+        depth = e_far * w_far - e_near * w_near;
+    }
+    let covered = e_far > e_near;
+    let change = far - near;
+    let inverse = select(-1.0, 1.0, change >= 0.0) / max(abs(change), 1e-6);
+    let at_begin = saturate((slab.piece.begin - near) * inverse);
+    let at_end = saturate((slab.piece.end - near) * inverse);
+    let a = min(at_begin, at_end);
+    let b = max(at_begin, at_end);
+    let length = select(0.0, (b - a) * depth * per_depth, covered);
+    let color = of_piece(slab.piece, near + a * change, near + b * change, length);
+    let weight = select(0.0, 1.0 - front.w, length > 0.0);
+    return front + weight * color;
+}
+
+@compute @workgroup_size(64)
+fn composite_tiles(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3u) {
+    let number = (group.y * 65535u + group.x) * 8u + local / 8u;
+    if number >= totals[4] {
+        return;
+    }
+    let tile = live[number];
+    let part = local & 7u;
+    let origin = vec2u(tile % task.tiles_x, tile / task.tiles_x) * TILE + vec2u(4u * (part & 1u), 2u * (part >> 1u));
+    let first = vec2f(origin);
+    let home = (tile * 8u + part) * 8u;
+    var c0 = image[home];
+    var c1 = image[home + 1u];
+    var c2 = image[home + 2u];
+    var c3 = image[home + 3u];
+    var c4 = image[home + 4u];
+    var c5 = image[home + 5u];
+    var c6 = image[home + 6u];
+    var c7 = image[home + 7u];
+    let d0 = per_depth_of(first);
+    let d1 = per_depth_of(first + vec2f(1.0, 0.0));
+    let d2 = per_depth_of(first + vec2f(2.0, 0.0));
+    let d3 = per_depth_of(first + vec2f(3.0, 0.0));
+    let d4 = per_depth_of(first + vec2f(0.0, 1.0));
+    let d5 = per_depth_of(first + vec2f(1.0, 1.0));
+    let d6 = per_depth_of(first + vec2f(2.0, 1.0));
+    let d7 = per_depth_of(first + vec2f(3.0, 1.0));
+    let span = spans[tile];
+    let bit = 1u << (24u + part);
+    var cursor = span.x;
+    var end = span.x + span.y;
+    // Of the tetrahedron at hand: its record, and its pieces that are still to come.
+    var record = 0u;
+    var piece = 0u;
+    var left = 0u;
+    let opaque_at = 1.0 - frame.opaque_below;
+    loop {
+        var found = left > 0u;
+        loop {
+            if found || (cursor >= end) {
+                break;
+            }
+            let entry = textureLoad(lists, place_in_rows(cursor), 0).x;
+            cursor += 1u;
+            found = (entry & bit) != 0u;
+            record = (entry & 0xffffffu) * TEXELS;
+        }
+        if !found {
+            break;
+        }
+        let t0 = record_texel(record);
+        let t1 = record_texel(record + 1u);
+        let t2 = record_texel(record + 2u);
+        let t3 = record_texel(record + 3u);
+        let value = bitcast<vec4f>(record_texel(record + 4u));
+        let entries = t0.w >> 28u;
+        let from_reference = first - vec2f(vec2u(extractBits(t0.w, 0u, 14u), extractBits(t0.w, 14u, 14u)));
+        let own = vec4f(value.x + dot(value.yz, from_reference), value.yzw);
+        // Values rise or fall along these rays; pieces come in that order.
+        let middle = own.x + 1.5 * own.y + 0.5 * own.z;
+        let rising = own.w + middle * view.inverse >= 0.0;
+        let first_piece = t1.w & 0xffffu;
+        let last_piece = t1.w >> 16u;
+        if left == 0u {
+            left = last_piece - first_piece + 1u;
+            piece = select(last_piece, first_piece, rising);
+        }
+        let slab = Slab(
+            moved(t0, from_reference),
+            moved(t1, from_reference),
+            moved(t2, from_reference),
+            moved(t3, from_reference),
+            entries,
+            own,
+            piece_of(piece),
+        );
+        left -= 1u;
+        piece = select(piece - 1u, piece + 1u, rising);
+        c0 = behind(c0, slab, vec2f(0.0, 0.0), d0);
+        c1 = behind(c1, slab, vec2f(1.0, 0.0), d1);
+        c2 = behind(c2, slab, vec2f(2.0, 0.0), d2);
+        c3 = behind(c3, slab, vec2f(3.0, 0.0), d3);
+        c4 = behind(c4, slab, vec2f(0.0, 1.0), d4);
+        c5 = behind(c5, slab, vec2f(1.0, 1.0), d5);
+        c6 = behind(c6, slab, vec2f(2.0, 1.0), d6);
+        c7 = behind(c7, slab, vec2f(3.0, 1.0), d7);
+        let least = min(min(min(c0.w, c1.w), min(c2.w, c3.w)), min(min(c4.w, c5.w), min(c6.w, c7.w)));
+        if least > opaque_at {
+            left = 0u;
+            end = cursor;
+        }
+    }
+    image[home] = c0;
+    image[home + 1u] = c1;
+    image[home + 2u] = c2;
+    image[home + 3u] = c3;
+    image[home + 4u] = c4;
+    image[home + 5u] = c5;
+    image[home + 6u] = c6;
+    image[home + 7u] = c7;
+}
+
+fn moved(texel: vec4u, by: vec2f) -> vec3f {
+    let plane = bitcast<vec3f>(texel.xyz);
+    return vec3f(plane.x + dot(plane.yz, by), plane.yz);
+}
+
+// From a difference in depth to unit distances of the transfer function along a pixel's ray.
+fn per_depth_of(pixel: vec2f) -> f32 {
+    if PARALLEL {
+        return view.per_unit;
+    }
+    return ray_of(pixel).base * view.inverse * view.per_unit;
+}
