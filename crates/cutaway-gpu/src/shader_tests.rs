@@ -360,7 +360,7 @@ fn what_cells_are_told_matches_their_shaders() {
             reserved_y,
         }
     );
-    assert_layout!(draw, "Piece", Piece { low, rise, begin, end, inverse, reserved });
+    assert_layout!(draw, "Piece", Piece { low, rise, begin, end, inverse, seen });
     assert_layout!(draw, "Basis", BasisTetrahedron { thick, near, far, ring });
     assert_eq!(size(&draw, "Record"), 64);
     assert_layout!(

@@ -34,7 +34,7 @@ pub(crate) struct Piece {
     pub(crate) begin: f32,
     pub(crate) end: f32,
     pub(crate) inverse: f32,
-    pub(crate) reserved: f32,
+    pub(crate) seen: u32,
 }
 
 /// Of one scene's transfer function, on the device.
@@ -68,7 +68,8 @@ impl Tables {
         let scale = if span == 0.0 { 0.0 } else { f64::from(BINS) / span };
         let map = BinMap { first: rescale.value(lo), scale };
         let function = scene.transfer_function();
-        let pieces = pieces(function, map);
+        let mut pieces = pieces(function, map);
+        note_seen(&mut pieces);
         let bins = bins(function, map, &pieces);
         let texel_span = texels.texel(hi) - texels.texel(lo);
         let value_scale = if texel_span == 0.0 { 0.0 } else { f64::from(BINS) / texel_span };
@@ -179,6 +180,21 @@ fn pieces(function: &TransferFunction, map: BinMap) -> Vec<Piece> {
     pieces
 }
 
+/// Which piece that can be seen comes next after each, and which was the last before it.
+fn note_seen(pieces: &mut [Piece]) {
+    let is_seen = |piece: &Piece| piece.low[3].max(piece.low[3] + piece.rise[3]) > 0.0;
+    let mut last = 0xffff;
+    for (i, piece) in pieces.iter_mut().enumerate() {
+        last = if is_seen(piece) { i as u32 } else { last };
+        piece.seen = last << 16;
+    }
+    let mut next = 0xffff;
+    for (i, piece) in pieces.iter_mut().enumerate().rev() {
+        next = if is_seen(piece) { i as u32 } else { next };
+        piece.seen |= next;
+    }
+}
+
 /// Adds the piece between two points.
 fn add(pieces: &mut Vec<Piece>, [low, high]: [&ControlPoint; 2], [begin, end]: [f64; 2]) {
     // What f32 cannot tell apart is a step.
@@ -193,7 +209,7 @@ fn add(pieces: &mut Vec<Piece>, [low, high]: [&ControlPoint; 2], [begin, end]: [
         begin: begin as f32,
         end: end as f32,
         inverse: inverse as f32,
-        reserved: 0.0,
+        seen: 0,
     });
 }
 

@@ -1,6 +1,6 @@
 // Lists of each tile's tetrahedra, in order: a stable counting sort, as in `sort.wgsl`, with tiles for digits.
 
-import package::cells::tiles::record::{Cover, ROW_BITS, TEXELS, cover_of, parts_of};
+import package::cells::tiles::record::{Cover, ROW_BITS, TEXELS, cover_of, meets, parts_of};
 import package::cells::tiles::task::TileTask;
 
 @group(0) @binding(0) var<uniform> task: TileTask;
@@ -104,8 +104,8 @@ fn list_runs(@builtin(global_invocation_id) id: vec3u) {
         let last = vec2u(box.y & 0xffffu, box.y >> 16u);
         var tile = first;
         while tile.y <= last.y {
-            let parts = parts_of(cover, tile);
-            if parts != 0u {
+            if meets(cover, tile) {
+                let parts = parts_of(cover, tile);
                 let number = tile.y * task.tiles_x + tile.x;
                 let slot = number * task.runs + run;
                 let place = spans[number].x + counts[slot];

@@ -1,6 +1,6 @@
 // Keeps a tetrahedron's record and counts it in its tiles.
 
-import package::cells::tiles::record::{Cell, ROW_BITS, TEXELS, TILE, cover_of, parts_of, tiles_of};
+import package::cells::tiles::record::{Cell, ROW_BITS, TEXELS, TILE, cover_of, meets, tiles_of};
 import package::cells::tiles::task::TileTask;
 
 @group(1) @binding(0) var<uniform> task: TileTask;
@@ -37,7 +37,7 @@ fn keep(index: u32, run: u32, cell: Cell) {
     let cover = cover_of(cell.planes, cell.entries, cell.reference);
     var tile = tiles.first;
     while tile.y <= tiles.last.y {
-        if parts_of(cover, tile) != 0u {
+        if meets(cover, tile) {
             counts[(tile.y * task.tiles_x + tile.x) * task.runs + run] += 1u;
         }
         tile.x += 1u;

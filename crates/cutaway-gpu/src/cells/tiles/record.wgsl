@@ -156,23 +156,14 @@ fn cell_of(p: array<vec3f, 4>, s: vec4f) -> Cell {
     return cell;
 }
 
-fn is_seen(piece: u32) -> bool {
-    let low = pieces[piece].low.w;
-    return max(low, low + pieces[piece].rise.w) > 0.0;
-}
-
 // The first and the last piece of a range of values that can be seen; all ones where none can.
 fn seen_pieces(lo: f32, hi: f32) -> u32 {
     let all = pieces_of(lo, hi);
-    var first = all & 0xffffu;
-    var last = all >> 16u;
-    while (first < last) && !is_seen(first) {
-        first += 1u;
-    }
-    while (first < last) && !is_seen(last) {
-        last -= 1u;
-    }
-    return select(0xffffffffu, first | (last << 16u), is_seen(first));
+    let first = pieces[all & 0xffffu].seen & 0xffffu;
+    let last = pieces[all >> 16u].seen >> 16u;
+    // The last one before any that is seen is all ones, too.
+    let none = (first > last) || (last == 0xffffu);
+    return select(first | (last << 16u), 0xffffffffu, none);
 }
 
 // What a tile's lists need: which of its eight parts a tetrahedron is in, which are four pixels wide and two high.
@@ -197,6 +188,13 @@ fn cover_of(planes: array<vec3f, 4>, entries: u32, reference: vec2f) -> Cover {
     return Cover(vec4f(q.x, r.x, s.x, t.x), vec4f(q.y, r.y, s.y, t.y), vec4f(q.z, r.z, s.z, t.z), reference);
 }
 
+// Whether any of a tile can be in it.
+fn meets(cover: Cover, tile: vec2u) -> bool {
+    let middle = vec2f(tile * TILE) + 3.5 - cover.reference;
+    let most = cover.at + cover.per_x * middle.x + cover.per_y * middle.y + 3.5 * (abs(cover.per_x) + abs(cover.per_y));
+    return all(most >= vec4f(0.0));
+}
+
 // A bit a part of the tile: along x, then along y.
 fn parts_of(cover: Cover, tile: vec2u) -> u32 {
     let middle = vec2f(tile * TILE) + vec2f(1.5, 0.5) - cover.reference;
@@ -204,8 +202,8 @@ fn parts_of(cover: Cover, tile: vec2u) -> u32 {
     var parts = 0u;
     for (var k = 0u; k < 4u; k += 1u) {
         let right = row + 4.0 * cover.per_x;
-        let here = min(min(row.x, row.y), min(row.z, row.w)) >= 0.0;
-        let beside = min(min(right.x, right.y), min(right.z, right.w)) >= 0.0;
+        let here = all(row >= vec4f(0.0));
+        let beside = all(right >= vec4f(0.0));
         parts |= select(0u, 1u, here) << (2u * k);
         parts |= select(0u, 2u, beside) << (2u * k);
         row += 2.0 * cover.per_y;
