@@ -29,6 +29,7 @@ const SHADERS: &[&str] = &[
     "cells::draw",
     "cells::widen",
     "cells::tiles::mesh",
+    "cells::tiles::grid",
     "cells::tiles::bin",
     "cells::tiles::composite",
     "cells::tiles::show",

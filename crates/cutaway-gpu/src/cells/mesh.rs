@@ -124,6 +124,11 @@ impl GpuMesh {
         DAffine3::from_translation(middle(self.bounds))
     }
 
+    /// The box around it, in that space.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        self.bounds.map(|corner| corner - middle(self.bounds))
+    }
+
     pub(super) fn cells(&self) -> u64 {
         u64::from(self.cells)
     }

@@ -6,12 +6,13 @@
 //!
 //! 1. Which tetrahedra can be visible, and in which order, is found by compute shaders (`select.wgsl`; `sort.wgsl`).
 //! 2. Each is projected (`project.wgsl`): under parallel rays once for all cells of a grid (`basis`), else one by one.
-//! 3. Each is drawn as a fan of triangles; fragments integrate along their rays (`integral.wgsl`), are cut by clip segments
+//! 3. Each is drawn in compute shaders, tile by tile (`tiles`), or as a fan of triangles by the rasteriser; fragments integrate along their rays (`integral.wgsl`), are cut by clip segments
 //!    and lit, and are blended back to front.
 //!
 //! Order: of grids it is exact, in perspective too. Meshes are sorted by the depth of their centroids, which is right for
-//! most pairs of neighbours and wrong for some where sizes or shapes differ much: see `CellRenderer::prepare_mesh`. What
-//! reaches behind the eye, or is nearer to it than a thousandth of its distance to the volume's middle, is not drawn.
+//! most pairs of neighbours and wrong for some where sizes or shapes differ much: see `CellRenderer::prepare_mesh`.
+//! What is nearer to the eye than a thousandth of its distance to the volume's middle is not drawn: tiles cut cells at that plane,
+//! triangles leave out those that reach beyond it.
 //! Targets are of 32-bit floats where the device blends those; 16-bit ones round each layer to 11 bits: an image of a
 //! hundred layers is then off by 0.002 or so.
 //!
@@ -32,7 +33,7 @@ mod view;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use cutaway_core::glam::UVec3;
+use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::Image;
 use cutaway_core::scene::{Mode, Scene};
 use cutaway_core::tetrahedra::TetrahedralMesh;
@@ -72,6 +73,8 @@ pub(crate) const PROJECT_MESH_SHADER: &str =
 pub(crate) const SORT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_sort.wgsl"));
 pub(crate) const TILES_MESH_SHADER: &str =
     include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_mesh.wgsl"));
+pub(crate) const TILES_GRID_SHADER: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_grid.wgsl"));
 pub(crate) const TILES_BIN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_bin.wgsl"));
 pub(crate) const TILES_COMPOSITE_SHADER: &str =
     include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_composite.wgsl"));
@@ -117,7 +120,8 @@ pub enum CellIntegral {
 /// Who fills the pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum CellDrawing {
-    /// [`Tiles`](Self::Tiles) on software adapters, [`Triangles`](Self::Triangles) on others.
+    /// [`Tiles`](Self::Tiles) on software adapters, and where cells reach behind the eye; else
+    /// [`Triangles`](Self::Triangles).
     #[default]
     Auto,
     /// The rasteriser: a fan of triangles a tetrahedron, blended.
@@ -346,6 +350,8 @@ impl CellRenderer {
         classification.tables.describe(&mut uniforms);
         [uniforms.cells_x, uniforms.cells_y, uniforms.cells_z] = cells.cells.to_array();
         uniforms.draw_all = u32::from(draw_all);
+        let in_tiles = self.in_tiles(scene, cells, &view, size);
+        uniforms.keeps_behind = u32::from(in_tiles);
         // Until all is submitted no other scene may change which bricks are there.
         let resident = voxels.resident(gpu, scene.volume(), classification.classification.wanted())?;
         let target = self.target(targets)?;
@@ -377,16 +383,23 @@ impl CellRenderer {
         };
         drawing.restart();
         let (drawn, bytes) = match &cells.mesh {
-            Some(mesh) if self.in_tiles(scene, size) => {
+            Some(mesh) if in_tiles => {
                 let (drawn, bytes) = self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
                     mesh.draw_tiles(&drawing, &view, tiles, progress)
                 })?;
                 (drawn, bytes + mesh.bytes())
             }
             Some(mesh) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
-            None => self.draw_grid(&drawing, &view, cells, classification, progress)?,
+            None => self.draw_grid(&drawing, &view, cells, classification, |grid, frame| {
+                if !in_tiles {
+                    return Ok((grid.draw(&drawing, frame, progress)?, 0));
+                }
+                self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
+                    grid.draw_tiles(&drawing, frame, tiles, progress)
+                })
+            })?,
         };
-        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float && !self.in_tiles(scene, size) {
+        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float && !in_tiles {
             self.pipelines.widen(gpu, &target, &targets.views()[0])?;
         }
         drawing.end_of_drawing()?;
@@ -403,9 +416,13 @@ impl CellRenderer {
     }
 
     /// Whether a scene is drawn in tiles.
-    fn in_tiles(&self, scene: &Scene, size: [u32; 2]) -> bool {
+    fn in_tiles(&self, scene: &Scene, cells: &PreparedCells, view: &View, size: [u32; 2]) -> bool {
+        let [lo, hi] = match &cells.mesh {
+            Some(mesh) => mesh.bounds(),
+            None => [DVec3::ZERO, cells.cells.as_dvec3()],
+        };
         let wanted = match self.options.drawing {
-            CellDrawing::Auto => self.gpu.adapter().software,
+            CellDrawing::Auto => self.gpu.adapter().software || view.reaches_behind(lo, hi),
             CellDrawing::Triangles => false,
             CellDrawing::Tiles => true,
         };
@@ -439,7 +456,7 @@ impl CellRenderer {
         view: &View,
         cells: &PreparedCells,
         classification: &CellClassification,
-        progress: &dyn Fn(f32),
+        draw: impl FnOnce(&GridBuffers, &GridFrame) -> Result<(u64, u64), GpuError>,
     ) -> Result<(u64, u64), GpuError> {
         let (split, source) = (self.options.split, drawing.variant.source);
         let mut kept = self.grid.lock().unwrap_or_else(PoisonError::into_inner);
@@ -449,8 +466,8 @@ impl CellRenderer {
         };
         let known_edge = classification.classification.blocks().fine_edge;
         let frame = GridFrame { view, cells: cells.cells, known_edge };
-        let drawn = buffers.draw(drawing, &frame, progress)?;
-        let bytes = buffers.bytes();
+        let (drawn, bytes) = draw(&buffers, &frame)?;
+        let bytes = bytes + buffers.bytes();
         *kept = Some(buffers);
         Ok((drawn, bytes))
     }

@@ -114,6 +114,8 @@ pub(super) struct GridPipelines {
     pub(super) sum: wgpu::ComputePipeline,
     pub(super) list: wgpu::ComputePipeline,
     pub(super) project: wgpu::ComputePipeline,
+    /// For tiles.
+    pub(super) keep: wgpu::ComputePipeline,
 }
 
 /// Steps that are computed for a mesh.
@@ -134,6 +136,7 @@ pub(super) struct Pipelines {
     draw: wgpu::ShaderModule,
     select: wgpu::ShaderModule,
     project_grid: wgpu::ShaderModule,
+    keep_grid: wgpu::ShaderModule,
     pub(super) mesh: MeshPipelines,
     pub(super) tiles: TilePipelines,
     pub(super) layouts: Layouts,
@@ -337,6 +340,7 @@ impl Pipelines {
                 draw: module(device, "cells", super::DRAW_SHADER),
                 select: module(device, "select cells", super::SELECT_SHADER),
                 project_grid: module(device, "project cells", super::PROJECT_GRID_SHADER),
+                keep_grid: module(device, "tiles of a grid", super::TILES_GRID_SHADER),
                 mesh,
                 tiles,
                 widen: widen_pipeline(device, &layouts),
@@ -439,6 +443,13 @@ impl Pipelines {
                     &self.project_grid,
                     "project_listed",
                     &[scene, Some(&layouts.project_grid), tables],
+                    &all,
+                ),
+                keep: computed(
+                    device,
+                    &self.keep_grid,
+                    "keep_grid",
+                    &[scene, Some(&self.tiles.layouts.keep_grid), tables],
                     &all,
                 ),
             }

@@ -23,6 +23,7 @@ pub(in super::super) struct TilePipelines {
 pub(in super::super) struct TileLayouts {
     pub(in super::super) key_mesh: wgpu::BindGroupLayout,
     pub(in super::super) keep_mesh: wgpu::BindGroupLayout,
+    pub(in super::super) keep_grid: wgpu::BindGroupLayout,
     pub(super) lists: wgpu::BindGroupLayout,
     pub(super) composite: wgpu::BindGroupLayout,
     pub(super) show: wgpu::BindGroupLayout,
@@ -54,6 +55,10 @@ impl TileLayouts {
             keep_mesh: make(
                 "records of a mesh",
                 &compute(&[(0, uniform()), (1, write), (2, records), (3, read), (4, read), (5, read)]),
+            ),
+            keep_grid: make(
+                "records of a grid",
+                &compute(&[(0, uniform()), (1, write), (2, records), (3, uniform()), (4, read), (5, read)]),
             ),
             lists: make(
                 "lists of tiles",
