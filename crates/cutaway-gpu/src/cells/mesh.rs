@@ -83,8 +83,12 @@ impl GpuMesh {
         let attributes = attributes(mesh, &bin_of);
         let middle = middle(mesh.bounds());
         let values = mesh.values().iter().map(|v| bin_of(*v));
-        let places: Vec<[f32; 4]> =
-            mesh.points().iter().zip(values).map(|(p, v)| (*p - middle).as_vec3().extend(v).to_array()).collect();
+        let places: Vec<[f32; 4]> = mesh
+            .points()
+            .iter()
+            .zip(values)
+            .map(|(p, v)| (*p - middle).as_vec3().extend(v).to_array())
+            .collect();
         let at_once = DRAWN_AT_ONCE[usize::from(!gpu.adapter().software)].min(cells as u32);
         gpu.checked("the mesh of cells", || {
             use wgpu::BufferUsages as Usage;

@@ -6,13 +6,15 @@
 //!
 //! 1. Which tetrahedra can be visible, and in which order, is found by compute shaders (`select.wgsl`; `sort.wgsl`).
 //! 2. Each is projected (`project.wgsl`): under parallel rays once for all cells of a grid (`basis`), else one by one.
-//! 3. Each is drawn in compute shaders, tile by tile (`tiles`), or as a fan of triangles by the rasteriser; fragments integrate along their rays (`integral.wgsl`), are cut by clip segments
-//!    and lit, and are blended back to front.
+//! 3. Each is drawn in compute shaders, tile by tile and front to back (`tiles`); or as a fan of triangles by the rasteriser,
+//!    whose fragments integrate along their rays (`integral.wgsl`), are cut by clip segments and lit, and are blended back to
+//!    front.
 //!
 //! Order: of grids it is exact, in perspective too. Meshes are sorted by the depth of their centroids, which is right for
 //! most pairs of neighbours and wrong for some where sizes or shapes differ much: see `CellRenderer::prepare_mesh`.
-//! What is nearer to the eye than a thousandth of its distance to the volume's middle is not drawn: tiles cut cells at that plane,
-//! triangles leave out those that reach beyond it.
+//! What is nearer to the eye than a thousandth of its distance to the volume's middle is not drawn: tiles cut cells at that
+//! plane, triangles leave out those that reach beyond it. Where pieces of the transfer function meet in one tetrahedron, and a
+//! few pixels' rays cross them in the opposite order of their neighbours', tiles take the neighbours' order.
 //! Targets are of 32-bit floats where the device blends those; 16-bit ones round each layer to 11 bits: an image of a
 //! hundred layers is then off by 0.002 or so.
 //!
@@ -71,10 +73,8 @@ pub(crate) const PROJECT_GRID_SHADER: &str =
 pub(crate) const PROJECT_MESH_SHADER: &str =
     include_str!(concat!(env!("OUT_DIR"), "/cells_project_mesh.wgsl"));
 pub(crate) const SORT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_sort.wgsl"));
-pub(crate) const TILES_MESH_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_mesh.wgsl"));
-pub(crate) const TILES_GRID_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_grid.wgsl"));
+pub(crate) const TILES_MESH_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_mesh.wgsl"));
+pub(crate) const TILES_GRID_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_grid.wgsl"));
 pub(crate) const TILES_BIN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_bin.wgsl"));
 pub(crate) const TILES_COMPOSITE_SHADER: &str =
     include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_composite.wgsl"));
@@ -426,7 +426,8 @@ impl CellRenderer {
             CellDrawing::Triangles => false,
             CellDrawing::Tiles => true,
         };
-        let plain = self.options.integral == CellIntegral::Exact && !scene.is_shaded() && scene.clip().is_none();
+        let plain =
+            self.options.integral == CellIntegral::Exact && !scene.is_shaded() && scene.clip().is_none();
         wanted && plain && TileBuffers::can_draw(size)
     }
 

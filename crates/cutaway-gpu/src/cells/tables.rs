@@ -123,7 +123,8 @@ fn piece_texels(gpu: &Gpu, pieces: &[Piece]) -> wgpu::TextureView {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * ROW), rows_per_image: None };
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * ROW), rows_per_image: None };
     gpu.queue().write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

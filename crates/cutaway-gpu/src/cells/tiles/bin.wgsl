@@ -1,6 +1,6 @@
 // Lists of each tile's tetrahedra, in order: a stable counting sort, as in `sort.wgsl`, with tiles for digits.
 
-import package::cells::tiles::record::{Cover, ROW_BITS, TEXELS, cover_of, meets, parts_of};
+import package::cells::tiles::record::{Cover, NOT_SEEN, ROW_BITS, TEXELS, cover_of, meets, parts_of};
 import package::cells::tiles::task::TileTask;
 
 @group(0) @binding(0) var<uniform> task: TileTask;
@@ -89,7 +89,7 @@ fn list_runs(@builtin(global_invocation_id) id: vec3u) {
     for (var i = run * task.run; i < end; i += 1u) {
         let at = i * TEXELS;
         let box = texel(at + 5u);
-        if box.z == 0u {
+        if box.z == NOT_SEEN {
             continue;
         }
         let t0 = texel(at);

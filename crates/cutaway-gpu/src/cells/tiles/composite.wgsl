@@ -94,7 +94,7 @@ fn behind(front: Pixel, slab: Slab, pixel: vec2f, per_depth: f32) -> Pixel {
     let second = slab.entries >= 2u;
     let third = slab.entries >= 3u;
     var e_near = greater(z0, greater(select(z0, z1, second), select(z0, z2, third)));
-    let e_far = lesser(z3, lesser(select(z1, z3, second), select(z2, z3, third)));
+    var e_far = lesser(z3, lesser(select(z1, z3, second), select(z2, z3, third)));
     let q = slab.value.x + slab.value.y * pixel.x + slab.value.z * pixel.y;
     var near: f32;
     var far: f32;
@@ -104,8 +104,10 @@ fn behind(front: Pixel, slab: Slab, pixel: vec2f, per_depth: f32) -> Pixel {
         far = q + slab.value.w * e_far;
         depth = e_far - e_near;
     } else {
-        // Not nearer than the nearest that is drawn.
-        e_near = greater(e_near, (view.least_w - 1.0) / (view.least_w * view.inverse));
+        // Not nearer than the nearest that is drawn. From inside, rays leave by all planes.
+        let inside = slab.entries == 0u;
+        e_far = select(e_far, lesser(e_far, z0), inside);
+        e_near = greater(select(e_near, nearest(), inside), nearest());
         let w_near = 1.0 / (1.0 - e_near * view.inverse);
         let w_far = 1.0 / greater(1.0 - e_far * view.inverse, 1e-30);
         near = (q + slab.value.w * e_near) * w_near;
@@ -124,9 +126,15 @@ fn behind(front: Pixel, slab: Slab, pixel: vec2f, per_depth: f32) -> Pixel {
     let per_share = change * slab.piece.inverse;
     let color = of_stretch(slab.piece, share + a * per_share, share + b * per_share, length);
     let seen = covered && (length > 0.0);
-    let weight = select(0.0, 1.0 - front.color.w, seen);
+    // Where the ray does not meet the slab the colour may be anything.
+    let added = select(vec4f(0.0), (1.0 - front.color.w) * color, seen);
     let value = select(-1e30, select(-lesser(near, far), greater(near, far), slab.rising), covered);
-    return Pixel(front.color + weight * color, greater(front.far, value));
+    return Pixel(front.color + added, greater(value, front.far));
+}
+
+// Where the nearest plane is that is drawn.
+fn nearest() -> f32 {
+    return select((view.least_w - 1.0) / (view.least_w * view.inverse), -1e30, PARALLEL);
 }
 
 // Without the rules for what is not a number, which cost as much again.
@@ -146,7 +154,7 @@ fn within(a: f32) -> f32 {
 // rays the greatest, value that there can be.
 fn first_met(own: vec4f, slab_planes: array<vec3f, 4>, entries: u32, rising: bool, first: u32, last: u32) -> u32 {
     let e_near = max(
-        lower(slab_planes[0]),
+        max(select(nearest(), lower(slab_planes[0]), entries >= 1u), nearest()),
         max(select(-1e30, lower(slab_planes[1]), entries >= 2u), select(-1e30, lower(slab_planes[2]), entries >= 3u)),
     );
     let e_far = min(

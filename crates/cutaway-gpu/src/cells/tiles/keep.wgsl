@@ -1,6 +1,6 @@
 // Keeps a tetrahedron's record and counts it in its tiles.
 
-import package::cells::tiles::record::{Cell, ROW_BITS, TEXELS, TILE, cover_of, meets, tiles_of};
+import package::cells::tiles::record::{Cell, NOT_SEEN, ROW_BITS, TEXELS, TILE, cover_of, meets, tiles_of};
 import package::cells::tiles::task::TileTask;
 
 @group(1) @binding(0) var<uniform> task: TileTask;
@@ -31,7 +31,7 @@ fn keep(index: u32, run: u32, cell: Cell) {
         place_of_texel(at + 5u),
         vec4u(tiles.first.x | (tiles.first.y << 16u), tiles.last.x | (tiles.last.y << 16u), cell.entries, 0u),
     );
-    if cell.entries == 0u {
+    if cell.entries == NOT_SEEN {
         return;
     }
     let cover = cover_of(cell.planes, cell.entries, cell.reference);

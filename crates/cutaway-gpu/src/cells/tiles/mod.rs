@@ -102,12 +102,13 @@ impl TileBuffers {
                 spans: make("spans of tiles", 8 * count, Usage::empty()),
                 live: make("tiles", 4 * count, Usage::empty()),
                 totals: make("totals of tiles", 32, Usage::INDIRECT | Usage::COPY_SRC),
-                image: make(
-                    "image in tiles",
-                    16 * u64::from(TILE * TILE) * count,
-                    Usage::COPY_DST,
+                image: make("image in tiles", 16 * u64::from(TILE * TILE) * count, Usage::COPY_DST),
+                records: texture(
+                    gpu,
+                    "records",
+                    wgpu::TextureFormat::Rgba32Uint,
+                    u64::from(AT_ONCE) * TEXELS,
                 ),
-                records: texture(gpu, "records", wgpu::TextureFormat::Rgba32Uint, u64::from(AT_ONCE) * TEXELS),
                 lists: texture(gpu, "lists", wgpu::TextureFormat::R32Uint, ENTRIES[0]),
             }
         })

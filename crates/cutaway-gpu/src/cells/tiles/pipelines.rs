@@ -101,7 +101,8 @@ impl TilePipelines {
         let mesh = module(device, "tiles of a mesh", TILES_MESH_SHADER);
         let bin = module(device, "bins", TILES_BIN_SHADER);
         let composite = module(device, "tiles", TILES_COMPOSITE_SHADER);
-        let of_mesh = |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
+        let of_mesh =
+            |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
         let of_lists = |entry| computed(device, &bin, entry, &[Some(&layouts.lists)], &[]);
         let composites = [0.0, 1.0].map(|parallel| {
             [0, 1].map(|filterable: usize| {

@@ -7,7 +7,7 @@
 //
 // A record is six texels of four words:
 //   0 to 3: planes, those that rays enter by first: at the reference pixel, per x, per y; and a word each:
-//           0: reference pixel, 14 bits x, 14 bits y, then how many are entered by (1 to 3)
+//           0: reference pixel, 14 bits x, 14 bits y, then how many are entered by: 1 to 3; 0 with the eye inside
 //           1: first and last piece of the transfer function that can be seen, 16 bits each
 //           2, 3: gradient / w in the middle, of meshes, as in `Record`
 //   4: value / w as q0 + qx x + qy y + qe e, likewise
@@ -22,15 +22,15 @@ const ROW_BITS = 12u;
 // Pixels along a side of a tile.
 const TILE = 8u;
 
-// No tetrahedron: nothing of it is seen.
-const NOT_SEEN = 0u;
+// In place of how many planes are entered by: nothing is seen.
+const NOT_SEEN = 7u;
 
 struct Cell {
     // At the reference pixel, per x, per y; those of rays' entries first.
     planes: array<vec3f, 4>,
     value: vec4f,
     reference: vec2f,
-    // How many planes rays enter by; 0 where nothing is seen.
+    // How many planes rays enter by, or NOT_SEEN.
     entries: u32,
     pieces: u32,
     // Pixels.
@@ -150,7 +150,7 @@ fn cell_of(p: array<vec3f, 4>, s: vec4f) -> Cell {
     let least_value = min(min(s.x, s.y), min(s.z, s.w));
     let most_value = max(max(s.x, s.y), max(s.z, s.w));
     cell.pieces = seen_pieces(least_value, most_value);
-    let right = (abs(volume) > 0.0) && (abs(volume) < 1e37) && (entries > 0.5) && (entries < 3.5);
+    let right = (abs(volume) > 0.0) && (abs(volume) < 1e37) && (entries < 3.5);
     let seen = right && has_a_centre(bounds) && (cell.pieces != 0xffffffffu);
     cell.entries = select(NOT_SEEN, u32(entries), seen);
     return cell;
@@ -185,6 +185,9 @@ fn cover_of(planes: array<vec3f, 4>, entries: u32, reference: vec2f) -> Cover {
     let r = select(planes[1] - p0, p3 - planes[1], second);
     let s = select(planes[2] - p0, p3 - planes[2], third);
     let t = select(q, planes[2] - planes[1], second && !third);
+    if entries == 0u {
+        return Cover(vec4f(1.0), vec4f(0.0), vec4f(0.0), reference);
+    }
     return Cover(vec4f(q.x, r.x, s.x, t.x), vec4f(q.y, r.y, s.y, t.y), vec4f(q.z, r.z, s.z, t.z), reference);
 }
 
