@@ -387,7 +387,7 @@ fn what_cells_are_told_matches_their_shaders() {
         assert_layout!(
             module(shader),
             "TileTask",
-            crate::cells::TileTask { first, count, total, runs, run, tiles_x, tiles, reserved }
+            crate::cells::TileTask { first, count, total, runs, run, tiles_x, tiles, window }
         );
     }
     let spans = module(crate::cells::TILES_MESH_SHADER);

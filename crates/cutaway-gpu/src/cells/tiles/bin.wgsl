@@ -9,7 +9,7 @@ import package::cells::tiles::task::TileTask;
 @group(0) @binding(2) var<storage, read_write> spans: array<vec2u>;
 // Tiles whose lists are not empty.
 @group(0) @binding(3) var<storage, read_write> live: array<u32>;
-// A dispatch of so many workgroups; then the length of all lists, and how many tiles are live.
+// The longest list; then, from 3 on, the length of all lists, and how many tiles are live.
 @group(0) @binding(4) var<storage, read_write> totals: array<u32>;
 @group(0) @binding(5) var records: texture_2d<u32>;
 // A tetrahedron in 24 bits, and which parts of the tile it is in.
@@ -32,6 +32,7 @@ fn sum_runs(@builtin(global_invocation_id) id: vec3u) {
 }
 
 var<workgroup> sums: array<vec2u, 256>;
+var<workgroup> longest: atomic<u32>;
 
 // Sums over tiles, by one workgroup: of lengths, and of lists that are not empty.
 @compute @workgroup_size(256)
@@ -41,11 +42,14 @@ fn sum_tiles(@builtin(local_invocation_index) local: u32) {
     let first = min(local * share, task.tiles);
     let end = min(first + share, task.tiles);
     var own = vec2u(0u);
+    var own_longest = 0u;
     for (var tile = first; tile < end; tile += 1u) {
         let length = spans[tile].y;
+        own_longest = max(own_longest, length);
         own += vec2u(length, select(0u, 1u, length > 0u));
     }
     sums[local] = own;
+    atomicMax(&longest, own_longest);
     workgroupBarrier();
     for (var reach = 1u; reach < 256u; reach *= 2u) {
         var before = vec2u(0u);
@@ -66,10 +70,7 @@ fn sum_tiles(@builtin(local_invocation_index) local: u32) {
         }
     }
     if local == 255u {
-        let groups = (at.y + 7u) / 8u;
-        totals[0] = min(groups, 65535u);
-        totals[1] = (groups + 65534u) / 65535u;
-        totals[2] = 1u;
+        totals[0] = atomicLoad(&longest);
         totals[3] = at.x;
         totals[4] = at.y;
     }

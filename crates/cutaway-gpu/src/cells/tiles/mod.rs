@@ -37,6 +37,12 @@ const AT_ONCE: u32 = 1 << 18;
 /// Entries of lists: at first and at most.
 const ENTRIES: [u64; 2] = [1 << 20, 1 << 24];
 
+/// Entries of a list that are drawn at once, as in `composite.wgsl`.
+const WINDOW: u32 = 2048;
+
+/// Entries that a thread makes on average, at most: some drivers end a shader's loops after 65,535 rounds.
+const ENTRIES_A_RUN: u64 = 8192;
+
 /// As `TileTask` in `task.wgsl`; a test holds the two against each other.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -48,7 +54,7 @@ pub(crate) struct TileTask {
     pub(crate) run: u32,
     pub(crate) tiles_x: u32,
     pub(crate) tiles: u32,
-    pub(crate) reserved: u32,
+    pub(crate) window: u32,
 }
 
 /// What stretches share, for images of one size.
@@ -101,7 +107,7 @@ impl TileBuffers {
                 counts: make("counts of tiles", 4 * count * u64::from(runs), Usage::COPY_DST),
                 spans: make("spans of tiles", 8 * count, Usage::empty()),
                 live: make("tiles", 4 * count, Usage::empty()),
-                totals: make("totals of tiles", 32, Usage::INDIRECT | Usage::COPY_SRC),
+                totals: make("totals of tiles", 32, Usage::COPY_SRC),
                 image: make("image in tiles", 16 * u64::from(TILE * TILE) * count, Usage::COPY_DST),
                 records: texture(
                     gpu,
@@ -142,7 +148,12 @@ impl TileBuffers {
         while first < total {
             let count = at_once.min(total - first);
             let task = self.task(first, count, total);
-            let entries = self.bin(drawing, &task, keep)?;
+            let [longest, entries] = self.bin(drawing, &task, keep)?;
+            if u64::from(entries) > ENTRIES_A_RUN * u64::from(self.runs) && count > 1 {
+                at_once = count / 2;
+                continue;
+            }
+            let entries = u64::from(entries);
             // Tetrahedra that cover the image fill lists sooner than records; the lists grow, or fewer are drawn at once. One
             // always fits: an image has fewer tiles than the lists may have entries.
             if entries > self.entries() && entries <= ENTRIES[1] {
@@ -155,7 +166,10 @@ impl TileBuffers {
                 at_once = (count / 2).max(1);
                 continue;
             }
-            self.composite(drawing, &task)?;
+            self.list(drawing, &task)?;
+            for window in (0..longest).step_by(WINDOW as usize) {
+                self.composite(drawing, &TileTask { window, ..task })?;
+            }
             first += count;
             progress(first as f32 / total as f32);
         }
@@ -169,11 +183,11 @@ impl TileBuffers {
     fn task(&self, first: u32, count: u32, total: u32) -> TileTask {
         let tiles = self.tiles[0] * self.tiles[1];
         let run = count.div_ceil(self.runs);
-        TileTask { first, count, total, runs: self.runs, run, tiles_x: self.tiles[0], tiles, reserved: 0 }
+        TileTask { first, count, total, runs: self.runs, run, tiles_x: self.tiles[0], tiles, window: 0 }
     }
 
-    /// Makes the records of a stretch and counts them; returns how many entries its lists have.
-    fn bin(&self, drawing: &Drawing, task: &TileTask, keep: Keep) -> Result<u64, GpuError> {
+    /// Makes the records of a stretch and counts them; returns how many entries the longest of its lists has, and all.
+    fn bin(&self, drawing: &Drawing, task: &TileTask, keep: Keep) -> Result<[u32; 2], GpuError> {
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.tiles;
         gpu.checked("binning cells", || {
@@ -204,15 +218,34 @@ impl TileBuffers {
             }
             gpu.queue().submit([encoder.finish()]);
         })?;
-        Ok(u64::from(read_words(gpu, &self.totals, 12..16)?[0]))
+        let words = read_words(gpu, &self.totals, 0..16)?;
+        Ok([words[0], words[3]])
     }
 
+    /// Fills the lists.
+    fn list(&self, drawing: &Drawing, task: &TileTask) -> Result<(), GpuError> {
+        let gpu = drawing.gpu;
+        let steps = &drawing.pipelines.tiles;
+        gpu.checked("binning cells", || {
+            let uniform = gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM);
+            let group = self.bind_lists(gpu, steps, &uniform);
+            let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            {
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                pass.set_bind_group(0, &group, &[]);
+                pass.set_pipeline(&steps.list_runs);
+                pass.dispatch_workgroups(self.runs.div_ceil(32), 1, 1);
+            }
+            gpu.queue().submit([encoder.finish()]);
+        })
+    }
+
+    /// Draws what the lists hold, from a window on.
     fn composite(&self, drawing: &Drawing, task: &TileTask) -> Result<(), GpuError> {
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.tiles;
         gpu.checked("drawing cells", || {
             let uniform = gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM);
-            let lists = self.bind_lists(gpu, steps, &uniform);
             let (records, list) = (view(&self.records), view(&self.lists));
             let group = bind(
                 gpu,
@@ -229,12 +262,6 @@ impl TileBuffers {
                 ],
             );
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-                pass.set_bind_group(0, &lists, &[]);
-                pass.set_pipeline(&steps.list_runs);
-                pass.dispatch_workgroups(self.runs.div_ceil(32), 1, 1);
-            }
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
                 pass.set_bind_group(0, drawing.scene, &[]);

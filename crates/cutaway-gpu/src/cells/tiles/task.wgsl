@@ -12,5 +12,6 @@ struct TileTask {
     run: u32,
     tiles_x: u32,
     tiles: u32,
-    reserved: u32,
+    // Of each tile's list, the first entry that is drawn now.
+    window: u32,
 }
