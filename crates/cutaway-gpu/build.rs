@@ -28,6 +28,11 @@ const SHADERS: &[&str] = &[
     "cells::sort",
     "cells::draw",
     "cells::widen",
+    "cells::tiles::mesh",
+    "cells::tiles::grid",
+    "cells::tiles::bin",
+    "cells::tiles::composite",
+    "cells::tiles::show",
     "slices::slices",
     "slices::develop",
 ];

@@ -30,6 +30,11 @@ const SHADERS: &[(&str, &str)] = &[
     ("cells project mesh", crate::cells::PROJECT_MESH_SHADER),
     ("cells sort", crate::cells::SORT_SHADER),
     ("cells widen", crate::cells::WIDEN_SHADER),
+    ("cells tiles mesh", crate::cells::TILES_MESH_SHADER),
+    ("cells tiles grid", crate::cells::TILES_GRID_SHADER),
+    ("cells tiles bin", crate::cells::TILES_BIN_SHADER),
+    ("cells tiles composite", crate::cells::TILES_COMPOSITE_SHADER),
+    ("cells tiles show", crate::cells::TILES_SHOW_SHADER),
     ("slices", crate::slices::SHADER),
     ("develop", crate::slices::DEVELOP_SHADER),
 ];
@@ -352,11 +357,11 @@ fn what_cells_are_told_matches_their_shaders() {
             cells_y,
             cells_z,
             draw_all,
-            reserved_x,
+            keeps_behind,
             reserved_y,
         }
     );
-    assert_layout!(draw, "Piece", Piece { low, rise, begin, end, inverse, reserved });
+    assert_layout!(draw, "Piece", Piece { low, rise, begin, end, inverse, seen });
     assert_layout!(draw, "Basis", BasisTetrahedron { thick, near, far, ring });
     assert_eq!(size(&draw, "Record"), 64);
     assert_layout!(
@@ -377,5 +382,15 @@ fn what_cells_are_told_matches_their_shaders() {
     );
     let mesh = module(crate::cells::PROJECT_MESH_SHADER);
     assert_layout!(mesh, "MeshTask", MeshTask { first, end, depth_least, depth_scale });
+    let tiles = [crate::cells::TILES_BIN_SHADER, crate::cells::TILES_COMPOSITE_SHADER];
+    for shader in tiles {
+        assert_layout!(
+            module(shader),
+            "TileTask",
+            crate::cells::TileTask { first, count, total, runs, run, tiles_x, tiles, window }
+        );
+    }
+    let spans = module(crate::cells::TILES_MESH_SHADER);
+    assert_layout!(spans, "MeshSpan", MeshTask { first, end, depth_least, depth_scale });
     assert_layout!(module(crate::cells::SORT_SHADER), "SortTask", SortTask { count, run, shift, reserved });
 }

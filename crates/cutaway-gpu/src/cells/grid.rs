@@ -5,6 +5,7 @@ use cutaway_core::glam::UVec3;
 
 use super::basis::basis;
 use super::pipelines::{GridPipelines, Pipelines, Source, bind_buffers, pass};
+use super::tiles::TileBuffers;
 use super::{Drawing, Split, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -117,6 +118,89 @@ impl GridBuffers {
         let gpu = drawing.gpu;
         let steps = drawing.pipelines.grid(gpu, drawing.variant)?;
         let pipeline = drawing.pipelines.drawing(gpu, drawing.variant)?;
+        let basis = basis(frame.view, self.split);
+        let basis = gpu.checked("the basis cell", || {
+            gpu.buffer("basis", bytemuck::cast_slice(&basis), wgpu::BufferUsages::UNIFORM)
+        })?;
+        let (task, occupied) = self.order(drawing, &steps, frame)?;
+        for first in (0..occupied).step_by(self.chunk as usize) {
+            let count = self.chunk.min(occupied - first);
+            let task = SelectTask { first, count, ..task };
+            self.draw_chunk(drawing, &steps, &pipeline, &basis, &task)?;
+            progress((first + count) as f32 / occupied as f32);
+        }
+        self.drawn(gpu)
+    }
+
+    /// Draws all tetrahedra in tiles; returns how many.
+    pub(super) fn draw_tiles(
+        &self,
+        drawing: &Drawing,
+        frame: &GridFrame,
+        tiles: &mut TileBuffers,
+        progress: &dyn Fn(f32),
+    ) -> Result<u64, GpuError> {
+        let gpu = drawing.gpu;
+        let steps = drawing.pipelines.grid(gpu, drawing.variant)?;
+        let (task, occupied) = self.order(drawing, &steps, frame)?;
+        // Chunks from the eye on; the tetrahedra of each are listed from back to front.
+        for chunk in (0..occupied.div_ceil(self.chunk)).rev() {
+            let first = chunk * self.chunk;
+            let count = self.chunk.min(occupied - first);
+            self.draw_chunk_in_tiles(drawing, &steps, &SelectTask { first, count, ..task }, tiles)?;
+            progress(1.0 - first as f32 / occupied as f32);
+        }
+        self.drawn(gpu)
+    }
+
+    fn draw_chunk_in_tiles(
+        &self,
+        drawing: &Drawing,
+        steps: &GridPipelines,
+        task: &SelectTask,
+        tiles: &mut TileBuffers,
+    ) -> Result<(), GpuError> {
+        let gpu = drawing.gpu;
+        let chunk = gpu.checked("selecting cells", || {
+            let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.select(&mut encoder, drawing, steps, task);
+            gpu.queue().submit([encoder.finish()]);
+            gpu.buffer("chunk", bytemuck::bytes_of(&[task.first, 0, 0, 0]), wgpu::BufferUsages::UNIFORM)
+        })?;
+        let total = crate::ranges::read_words(gpu, &self.work, 44..48)?[0];
+        drawing.end_of_setup()?;
+        let keep = |pass: &mut wgpu::ComputePass, entries: &[wgpu::BindGroupEntry]| {
+            let own = [(3, &chunk), (4, &self.ordered), (5, &self.list)];
+            let own = own.map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            });
+            let group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &drawing.pipelines.tiles.layouts.keep_grid,
+                entries: &[entries, &own].concat(),
+            });
+            pass.set_pipeline(&steps.keep);
+            pass.set_bind_group(0, drawing.scene, &[]);
+            pass.set_bind_group(1, &group, &[]);
+        };
+        tiles.draw(drawing, total, &keep, &|_| {})?;
+        drawing.end_of_drawing()
+    }
+
+    /// Tetrahedra of all chunks.
+    fn drawn(&self, gpu: &Gpu) -> Result<u64, GpuError> {
+        Ok(u64::from(crate::ranges::read_words(gpu, &self.work, 64..68)?[0]))
+    }
+
+    /// Puts the blocks in order; returns what chunks have in common, and how many blocks are drawn.
+    fn order(
+        &self,
+        drawing: &Drawing,
+        steps: &GridPipelines,
+        frame: &GridFrame,
+    ) -> Result<(SelectTask, u32), GpuError> {
+        let gpu = drawing.gpu;
         let task = frame.task(self.blocks);
         gpu.checked("ordering cells", || {
             let uniform = gpu.buffer("task", bytemuck::bytes_of(&task), wgpu::BufferUsages::UNIFORM);
@@ -129,20 +213,28 @@ impl GridBuffers {
             });
             gpu.queue().submit([encoder.finish()]);
         })?;
-        let basis = basis(frame.view, self.split);
-        let basis = gpu.checked("the basis cell", || {
-            gpu.buffer("basis", bytemuck::cast_slice(&basis), wgpu::BufferUsages::UNIFORM)
-        })?;
         // The one number that the host waits for: how many chunks there are.
         let occupied = crate::ranges::read_words(gpu, &self.ordered, 0..4)?[0];
-        for first in (0..occupied).step_by(self.chunk as usize) {
-            let count = self.chunk.min(occupied - first);
-            let task = SelectTask { first, count, ..task };
-            self.draw_chunk(drawing, &steps, &pipeline, &basis, &task)?;
-            progress((first + count) as f32 / occupied as f32);
-        }
-        let words = crate::ranges::read_words(gpu, &self.work, 64..68)?;
-        Ok(u64::from(words[0]))
+        Ok((task, occupied))
+    }
+
+    /// Lists the tetrahedra of a chunk.
+    fn select(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        drawing: &Drawing,
+        steps: &GridPipelines,
+        task: &SelectTask,
+    ) {
+        let gpu = drawing.gpu;
+        let uniform = gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM);
+        let select = self.bind_select(gpu, drawing.pipelines, &uniform);
+        compute(encoder, drawing, &select, |pass| {
+            for (step, groups) in [(&steps.count, task.count), (&steps.sum, 1), (&steps.list, task.count)] {
+                pass.set_pipeline(step);
+                pass.dispatch_workgroups(groups, 1, 1);
+            }
+        });
     }
 
     fn draw_chunk(
@@ -159,16 +251,8 @@ impl GridBuffers {
             gpu.buffer("chunk", bytemuck::bytes_of(&[task.first, 0, 0, 0]), wgpu::BufferUsages::UNIFORM)
         })?;
         gpu.checked("selecting cells", || {
-            let uniform = gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM);
-            let select = self.bind_select(gpu, drawing.pipelines, &uniform);
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            compute(&mut encoder, drawing, &select, |pass| {
-                for (step, groups) in [(&steps.count, task.count), (&steps.sum, 1), (&steps.list, task.count)]
-                {
-                    pass.set_pipeline(step);
-                    pass.dispatch_workgroups(groups, 1, 1);
-                }
-            });
+            self.select(&mut encoder, drawing, steps, task);
             if drawing.variant.source == Source::Grid {
                 let buffers = [&chunk, &self.ordered, &self.list, &self.work, &self.records];
                 let project = bind_buffers(gpu, &layouts.project_grid, &buffers);

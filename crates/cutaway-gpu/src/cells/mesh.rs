@@ -4,7 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::{DAffine3, DVec3};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 
-use super::pipelines::{bind_buffers, pass};
+use super::pipelines::{bind, bind_buffers, pass};
+use super::tiles::TileBuffers;
 use super::{Drawing, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -79,10 +80,15 @@ impl GpuMesh {
         if needed > most {
             return Err(GpuError::MeshTooLarge { cells, most: most / RECORD });
         }
-        let attributes = attributes(mesh, bin_of);
+        let attributes = attributes(mesh, &bin_of);
         let middle = middle(mesh.bounds());
-        let places: Vec<[f32; 4]> =
-            mesh.points().iter().map(|p| (*p - middle).as_vec3().extend(1.0).to_array()).collect();
+        let values = mesh.values().iter().map(|v| bin_of(*v));
+        let places: Vec<[f32; 4]> = mesh
+            .points()
+            .iter()
+            .zip(values)
+            .map(|(p, v)| (*p - middle).as_vec3().extend(v).to_array())
+            .collect();
         let at_once = DRAWN_AT_ONCE[usize::from(!gpu.adapter().software)].min(cells as u32);
         gpu.checked("the mesh of cells", || {
             use wgpu::BufferUsages as Usage;
@@ -120,6 +126,11 @@ impl GpuMesh {
     /// Where the space of its points is.
     pub(super) fn world_from_cells(&self) -> DAffine3 {
         DAffine3::from_translation(middle(self.bounds))
+    }
+
+    /// The box around it, in that space.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        self.bounds.map(|corner| corner - middle(self.bounds))
     }
 
     pub(super) fn cells(&self) -> u64 {
@@ -172,6 +183,59 @@ impl GpuMesh {
         }
         let words = crate::ranges::read_words(gpu, &self.draws, 0..4)?;
         Ok(u64::from(words[0]))
+    }
+
+    /// Draws all tetrahedra in tiles; returns how many.
+    pub(super) fn draw_tiles(
+        &self,
+        drawing: &Drawing,
+        view: &View,
+        tiles: &mut TileBuffers,
+        progress: &dyn Fn(f32),
+    ) -> Result<u64, GpuError> {
+        let gpu = drawing.gpu;
+        let steps = &drawing.pipelines.tiles;
+        let [least, greatest] = self.depths(view);
+        let depth_scale = 1.0 / (greatest - least).max(f64::MIN_POSITIVE);
+        for first in (0..self.cells).step_by(PROJECTED_AT_ONCE as usize) {
+            let end = self.cells.min(first + PROJECTED_AT_ONCE);
+            let task = MeshTask { first, end, depth_least: least as f32, depth_scale: depth_scale as f32 };
+            gpu.checked("ordering cells", || {
+                let task = gpu.buffer("task", bytemuck::bytes_of(&task), wgpu::BufferUsages::UNIFORM);
+                let resources = [(3, &self.corners), (4, &self.places), (6, &self.keys[0]), (7, &task)];
+                let resources = resources.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+                let group = bind(gpu, &steps.layouts.key_mesh, &resources);
+                let mut encoder =
+                    gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                {
+                    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                    pass.set_pipeline(&steps.key_mesh);
+                    pass.set_bind_group(1, &group, &[]);
+                    pass.set_bind_group(2, drawing.tables, &[]);
+                    pass.dispatch_workgroups((end - first).div_ceil(64), 1, 1);
+                }
+                gpu.queue().submit([encoder.finish()]);
+            })?;
+        }
+        self.sort(drawing)?;
+        let total = crate::ranges::read_words(gpu, &self.draws, 0..4)?[0];
+        drawing.end_of_setup()?;
+        let keep = |pass: &mut wgpu::ComputePass, entries: &[wgpu::BindGroupEntry]| {
+            let own = [(3, &self.corners), (4, &self.places), (5, &self.order)];
+            let own = own.map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            });
+            let group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &steps.layouts.keep_mesh,
+                entries: &[entries, &own].concat(),
+            });
+            pass.set_pipeline(&steps.keep_mesh);
+            pass.set_bind_group(1, &group, &[]);
+        };
+        tiles.draw(drawing, total, &keep, progress)?;
+        Ok(u64::from(total))
     }
 
     fn project(&self, drawing: &Drawing, view: &View) -> Result<(), GpuError> {

@@ -6,12 +6,15 @@
 //!
 //! 1. Which tetrahedra can be visible, and in which order, is found by compute shaders (`select.wgsl`; `sort.wgsl`).
 //! 2. Each is projected (`project.wgsl`): under parallel rays once for all cells of a grid (`basis`), else one by one.
-//! 3. Each is drawn as a fan of triangles; fragments integrate along their rays (`integral.wgsl`), are cut by clip segments
-//!    and lit, and are blended back to front.
+//! 3. Each is drawn in compute shaders, tile by tile and front to back (`tiles`); or as a fan of triangles by the rasteriser,
+//!    whose fragments integrate along their rays (`integral.wgsl`), are cut by clip segments and lit, and are blended back to
+//!    front.
 //!
 //! Order: of grids it is exact, in perspective too. Meshes are sorted by the depth of their centroids, which is right for
-//! most pairs of neighbours and wrong for some where sizes or shapes differ much: see `CellRenderer::prepare_mesh`. What
-//! reaches behind the eye, or is nearer to it than a thousandth of its distance to the volume's middle, is not drawn.
+//! most pairs of neighbours and wrong for some where sizes or shapes differ much: see `CellRenderer::prepare_mesh`.
+//! What is nearer to the eye than a thousandth of its distance to the volume's middle is not drawn: tiles cut cells at that
+//! plane, triangles leave out those that reach beyond it. Where pieces of the transfer function meet in one tetrahedron, and a
+//! few pixels' rays cross them in the opposite order of their neighbours', tiles take the neighbours' order.
 //! Targets are of 32-bit floats where the device blends those; 16-bit ones round each layer to 11 bits: an image of a
 //! hundred layers is then off by 0.002 or so.
 //!
@@ -26,12 +29,13 @@ mod grid;
 mod mesh;
 mod pipelines;
 mod tables;
+mod tiles;
 mod view;
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use cutaway_core::glam::UVec3;
+use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::Image;
 use cutaway_core::scene::{Mode, Scene};
 use cutaway_core::tetrahedra::TetrahedralMesh;
@@ -48,6 +52,7 @@ use grid::{GridBuffers, GridFrame};
 use mesh::GpuMesh;
 use pipelines::{Pipelines, Source, Variant, pass};
 use tables::Tables;
+use tiles::TileBuffers;
 use view::View;
 
 #[cfg(test)]
@@ -56,6 +61,7 @@ pub(crate) use {
     grid::SelectTask,
     mesh::{MeshTask, SortTask},
     tables::Piece,
+    tiles::TileTask,
     view::ViewUniforms,
 };
 
@@ -67,6 +73,12 @@ pub(crate) const PROJECT_GRID_SHADER: &str =
 pub(crate) const PROJECT_MESH_SHADER: &str =
     include_str!(concat!(env!("OUT_DIR"), "/cells_project_mesh.wgsl"));
 pub(crate) const SORT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_sort.wgsl"));
+pub(crate) const TILES_MESH_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_mesh.wgsl"));
+pub(crate) const TILES_GRID_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_grid.wgsl"));
+pub(crate) const TILES_BIN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_bin.wgsl"));
+pub(crate) const TILES_COMPOSITE_SHADER: &str =
+    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_composite.wgsl"));
+pub(crate) const TILES_SHOW_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_show.wgsl"));
 pub(crate) const WIDEN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_widen.wgsl"));
 
 /// The largest error of the psi table, of a mean transmittance of 0 to 1: for optical depths of up to 8, and of denser
@@ -105,6 +117,20 @@ pub enum CellIntegral {
     Exact,
 }
 
+/// Who fills the pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum CellDrawing {
+    /// [`Tiles`](Self::Tiles) on software adapters, and where cells reach behind the eye; else
+    /// [`Triangles`](Self::Triangles).
+    #[default]
+    Auto,
+    /// The rasteriser: a fan of triangles a tetrahedron, blended.
+    Triangles,
+    /// Compute shaders: lists of tetrahedra a tile, composited from front to back. Where that is not made (lit scenes, cut
+    /// ones, integrals that are not exact) triangles are drawn.
+    Tiles,
+}
+
 /// How cells are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct CellOptions {
@@ -114,6 +140,8 @@ pub struct CellOptions {
     pub integral: CellIntegral,
     /// Whether e^-u comes from a table, for all but [`CellIntegral::Exact`].
     pub exponential_table: bool,
+    /// Who fills the pixels.
+    pub drawing: CellDrawing,
     /// Whether setting up and drawing are timed apart, which waits between them.
     pub timed: bool,
 }
@@ -145,6 +173,7 @@ pub struct CellRenderer {
     finisher: Finisher,
     targets: Mutex<Option<Targets>>,
     grid: Mutex<Option<GridBuffers>>,
+    tiles: Mutex<Option<TileBuffers>>,
     clip: Mutex<ClipLayers>,
 }
 
@@ -186,6 +215,7 @@ struct Drawing<'a> {
     scene: &'a wgpu::BindGroup,
     image: &'a wgpu::BindGroup,
     tables: &'a wgpu::BindGroup,
+    piece_texels: &'a wgpu::TextureView,
     timing: Option<&'a Mutex<Timing>>,
 }
 
@@ -208,6 +238,7 @@ impl CellRenderer {
             finisher: Finisher::new(gpu)?,
             targets: Mutex::default(),
             grid: Mutex::default(),
+            tiles: Mutex::default(),
             clip: Mutex::default(),
         })
     }
@@ -319,6 +350,8 @@ impl CellRenderer {
         classification.tables.describe(&mut uniforms);
         [uniforms.cells_x, uniforms.cells_y, uniforms.cells_z] = cells.cells.to_array();
         uniforms.draw_all = u32::from(draw_all);
+        let in_tiles = self.in_tiles(scene, cells, &view, size);
+        uniforms.keeps_behind = u32::from(in_tiles);
         // Until all is submitted no other scene may change which bricks are there.
         let resident = voxels.resident(gpu, scene.volume(), classification.classification.wanted())?;
         let target = self.target(targets)?;
@@ -345,14 +378,28 @@ impl CellRenderer {
             scene: &scene_group,
             image: &image_group,
             tables: &tables_group,
+            piece_texels: &classification.tables.piece_texels,
             timing: self.options.timed.then_some(&timing),
         };
         drawing.restart();
         let (drawn, bytes) = match &cells.mesh {
+            Some(mesh) if in_tiles => {
+                let (drawn, bytes) = self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
+                    mesh.draw_tiles(&drawing, &view, tiles, progress)
+                })?;
+                (drawn, bytes + mesh.bytes())
+            }
             Some(mesh) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
-            None => self.draw_grid(&drawing, &view, cells, classification, progress)?,
+            None => self.draw_grid(&drawing, &view, cells, classification, |grid, frame| {
+                if !in_tiles {
+                    return Ok((grid.draw(&drawing, frame, progress)?, 0));
+                }
+                self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
+                    grid.draw_tiles(&drawing, frame, tiles, progress)
+                })
+            })?,
         };
-        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float {
+        if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float && !in_tiles {
             self.pipelines.widen(gpu, &target, &targets.views()[0])?;
         }
         drawing.end_of_drawing()?;
@@ -368,13 +415,49 @@ impl CellRenderer {
         })
     }
 
+    /// Whether a scene is drawn in tiles.
+    fn in_tiles(&self, scene: &Scene, cells: &PreparedCells, view: &View, size: [u32; 2]) -> bool {
+        let [lo, hi] = match &cells.mesh {
+            Some(mesh) => mesh.bounds(),
+            None => [DVec3::ZERO, cells.cells.as_dvec3()],
+        };
+        let wanted = match self.options.drawing {
+            CellDrawing::Auto => self.gpu.adapter().software || view.reaches_behind(lo, hi),
+            CellDrawing::Triangles => false,
+            CellDrawing::Tiles => true,
+        };
+        let plain =
+            self.options.integral == CellIntegral::Exact && !scene.is_shaded() && scene.clip().is_none();
+        wanted && plain && TileBuffers::can_draw(size)
+    }
+
+    fn draw_tiles(
+        &self,
+        drawing: &Drawing,
+        size: [u32; 2],
+        target: &wgpu::TextureView,
+        draw: impl FnOnce(&mut TileBuffers) -> Result<u64, GpuError>,
+    ) -> Result<(u64, u64), GpuError> {
+        let mut kept = self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut tiles = match kept.take().filter(|tiles| tiles.fits(size)) {
+            Some(tiles) => tiles,
+            None => TileBuffers::new(&self.gpu, size)?,
+        };
+        tiles.clear(&self.gpu)?;
+        let drawn = draw(&mut tiles)?;
+        tiles.show(drawing, target)?;
+        let bytes = tiles.bytes();
+        *kept = Some(tiles);
+        Ok((drawn, bytes))
+    }
+
     fn draw_grid(
         &self,
         drawing: &Drawing,
         view: &View,
         cells: &PreparedCells,
         classification: &CellClassification,
-        progress: &dyn Fn(f32),
+        draw: impl FnOnce(&GridBuffers, &GridFrame) -> Result<(u64, u64), GpuError>,
     ) -> Result<(u64, u64), GpuError> {
         let (split, source) = (self.options.split, drawing.variant.source);
         let mut kept = self.grid.lock().unwrap_or_else(PoisonError::into_inner);
@@ -384,8 +467,8 @@ impl CellRenderer {
         };
         let known_edge = classification.classification.blocks().fine_edge;
         let frame = GridFrame { view, cells: cells.cells, known_edge };
-        let drawn = buffers.draw(drawing, &frame, progress)?;
-        let bytes = buffers.bytes();
+        let (drawn, bytes) = draw(&buffers, &frame)?;
+        let bytes = bytes + buffers.bytes();
         *kept = Some(buffers);
         Ok((drawn, bytes))
     }

@@ -12,7 +12,8 @@ struct Piece {
     begin: f32,
     end: f32,
     inverse: f32,
-    reserved: f32,
+    // The first piece from this one on that can be seen, and the last one up to it; 16 bits each, all ones where none is.
+    seen: u32,
 }
 
 @group(2) @binding(1) var<storage, read> pieces: array<Piece>;
@@ -34,7 +35,7 @@ fn pieces_of(lo: f32, hi: f32) -> u32 {
     while (first < view.piece_last) && (pieces[first].end <= lo) {
         first += 1u;
     }
-    var last = first;
+    var last = max(first, bins[u32(clamp(hi, 0.0, BINS - 1.0))].y);
     while (last < view.piece_last) && (pieces[last + 1u].begin <= hi) {
         last += 1u;
     }

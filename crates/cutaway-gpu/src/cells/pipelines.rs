@@ -7,6 +7,7 @@ use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::Scene;
 
 use super::tables::Tables;
+use super::tiles::TilePipelines;
 use super::{CellIntegral, CellOptions, Split};
 use crate::classification::GpuClassification;
 use crate::context::{Filtering, Gpu};
@@ -26,12 +27,13 @@ pub(super) enum Source {
 pub(super) struct Variant {
     pub(super) source: Source,
     options: CellOptions,
+    pub(super) parallel: bool,
     shaded: bool,
     faces_lit: bool,
     clipped: bool,
     curve: u32,
     exact: bool,
-    filterable: bool,
+    pub(super) filterable: bool,
     brick_edge: Option<u32>,
 }
 
@@ -52,6 +54,7 @@ impl Variant {
         Self {
             source,
             options,
+            parallel: scene.camera().orthographic.is_some(),
             shaded: scene.is_shaded(),
             faces_lit: scene.lighting().shade && scene.clip().is_some(),
             clipped: scene.clip().is_some(),
@@ -111,6 +114,8 @@ pub(super) struct GridPipelines {
     pub(super) sum: wgpu::ComputePipeline,
     pub(super) list: wgpu::ComputePipeline,
     pub(super) project: wgpu::ComputePipeline,
+    /// For tiles.
+    pub(super) keep: wgpu::ComputePipeline,
 }
 
 /// Steps that are computed for a mesh.
@@ -131,7 +136,9 @@ pub(super) struct Pipelines {
     draw: wgpu::ShaderModule,
     select: wgpu::ShaderModule,
     project_grid: wgpu::ShaderModule,
+    keep_grid: wgpu::ShaderModule,
     pub(super) mesh: MeshPipelines,
+    pub(super) tiles: TilePipelines,
     pub(super) layouts: Layouts,
     widen: wgpu::RenderPipeline,
     target: wgpu::TextureFormat,
@@ -155,45 +162,46 @@ pub(super) struct Layouts {
     widen: wgpu::BindGroupLayout,
 }
 
-const COMPUTE: wgpu::ShaderStages = wgpu::ShaderStages::COMPUTE;
+pub(super) const COMPUTE: wgpu::ShaderStages = wgpu::ShaderStages::COMPUTE;
 const VERTEX: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX;
-const FRAGMENT: wgpu::ShaderStages = wgpu::ShaderStages::FRAGMENT;
+pub(super) const FRAGMENT: wgpu::ShaderStages = wgpu::ShaderStages::FRAGMENT;
 
 fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn uniform() -> wgpu::BindingType {
+pub(super) fn uniform() -> wgpu::BindingType {
     buffer(wgpu::BufferBindingType::Uniform)
 }
 
-fn storage(read_only: bool) -> wgpu::BindingType {
+pub(super) fn storage(read_only: bool) -> wgpu::BindingType {
     buffer(wgpu::BufferBindingType::Storage { read_only })
 }
 
-fn texture(
+pub(super) fn texture(
     sample_type: wgpu::TextureSampleType,
     view_dimension: wgpu::TextureViewDimension,
 ) -> wgpu::BindingType {
     wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
 }
 
+pub(super) fn group_layout(
+    device: &wgpu::Device,
+    label: &str,
+    bindings: &[(u32, wgpu::ShaderStages, wgpu::BindingType)],
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
+        .iter()
+        .map(|&(binding, visibility, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None })
+        .collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
+
 impl Layouts {
     fn new(device: &wgpu::Device) -> Self {
         let make = |label, bindings: &[(u32, wgpu::ShaderStages, wgpu::BindingType)]| {
-            let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
-                .iter()
-                .map(|&(binding, visibility, ty)| wgpu::BindGroupLayoutEntry {
-                    binding,
-                    visibility,
-                    ty,
-                    count: None,
-                })
-                .collect();
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some(label),
-                entries: &entries,
-            })
+            group_layout(device, label, bindings)
         };
         let all = VERTEX | FRAGMENT | COMPUTE;
         let (read, write) = (storage(true), storage(false));
@@ -284,14 +292,14 @@ impl Layouts {
     }
 }
 
-fn module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
+pub(super) fn module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(source.into()),
     })
 }
 
-fn computed(
+pub(super) fn computed(
     device: &wgpu::Device,
     shader: &wgpu::ShaderModule,
     entry: &'static str,
@@ -319,6 +327,7 @@ impl Pipelines {
         gpu.checked("the cell renderer's shaders", || {
             let layouts = Layouts::new(device);
             let mesh = mesh_pipelines(device, &layouts);
+            let tiles = TilePipelines::new(device, &layouts.scene, &layouts.tables);
             let samplers = [wgpu::FilterMode::Nearest, wgpu::FilterMode::Linear].map(|filter| {
                 device.create_sampler(&wgpu::SamplerDescriptor {
                     label: Some("voxels"),
@@ -332,7 +341,9 @@ impl Pipelines {
                 draw: module(device, "cells", super::DRAW_SHADER),
                 select: module(device, "select cells", super::SELECT_SHADER),
                 project_grid: module(device, "project cells", super::PROJECT_GRID_SHADER),
+                keep_grid: module(device, "tiles of a grid", super::TILES_GRID_SHADER),
                 mesh,
+                tiles,
                 widen: widen_pipeline(device, &layouts),
                 layouts,
                 target: if blends {
@@ -433,6 +444,13 @@ impl Pipelines {
                     &self.project_grid,
                     "project_listed",
                     &[scene, Some(&layouts.project_grid), tables],
+                    &all,
+                ),
+                keep: computed(
+                    device,
+                    &self.keep_grid,
+                    "keep_grid",
+                    &[scene, Some(&self.tiles.layouts.keep_grid), tables],
                     &all,
                 ),
             }

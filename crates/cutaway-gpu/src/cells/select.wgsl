@@ -153,15 +153,18 @@ fn kept_of(block: vec3u, local: vec3u) -> u32 {
     var low = vec2f(1e30);
     var high = vec2f(-1e30);
     var before = 1.0;
+    var farthest = 0.0;
     for (var c = 0u; c < 8u; c += 1u) {
         let at = projected(vec3f(cell + corner_offset(c)));
         p[c] = at.xy;
         low = min(low, at.xy);
         high = max(high, at.xy);
         before = min(before, at.w);
+        farthest = max(farthest, at.w);
     }
-    // What reaches behind the eye has no projection.
-    if (before <= 0.0) || !covers_a_centre(low, high) {
+    // What reaches behind the eye has no projection; tiles need none.
+    let crosses = (before <= 0.0) && (farthest > 0.0) && (view.keeps_behind == 1u);
+    if !crosses && ((before <= 0.0) || !covers_a_centre(low, high)) {
         return 0u;
     }
     let parity = parity_of(cell);
@@ -180,7 +183,7 @@ fn kept_of(block: vec3u, local: vec3u) -> u32 {
             let visible = (view.draw_all == 1u) || any_visible(least, most);
             let corner_low = min(min(p[c.x], p[c.y]), min(p[c.z], p[c.w]));
             let corner_high = max(max(p[c.x], p[c.y]), max(p[c.z], p[c.w]));
-            if visible && covers_a_centre(corner_low, corner_high) {
+            if visible && (crosses || covers_a_centre(corner_low, corner_high)) {
                 found |= (tet + 1u) << (4u * count);
                 count += 1u;
             }

@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::scene::Scene;
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 
+use super::tiles::ROW;
 use super::view::ViewUniforms;
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -33,7 +34,7 @@ pub(crate) struct Piece {
     pub(crate) begin: f32,
     pub(crate) end: f32,
     pub(crate) inverse: f32,
-    pub(crate) reserved: f32,
+    pub(crate) seen: u32,
 }
 
 /// Of one scene's transfer function, on the device.
@@ -42,6 +43,8 @@ pub(crate) struct Tables {
     pub(crate) pieces: wgpu::Buffer,
     pub(crate) bins: wgpu::Buffer,
     pub(crate) integrals: wgpu::Buffer,
+    /// The pieces as texels, in rows: many threads at a time look them up there faster.
+    pub(crate) piece_texels: wgpu::TextureView,
     piece_last: u32,
     value_offset: f32,
     value_scale: f32,
@@ -65,23 +68,26 @@ impl Tables {
         let scale = if span == 0.0 { 0.0 } else { f64::from(BINS) / span };
         let map = BinMap { first: rescale.value(lo), scale };
         let function = scene.transfer_function();
-        let pieces = pieces(function, map);
+        let mut pieces = pieces(function, map);
+        note_seen(&mut pieces);
         let bins = bins(function, map, &pieces);
         let texel_span = texels.texel(hi) - texels.texel(lo);
         let value_scale = if texel_span == 0.0 { 0.0 } else { f64::from(BINS) / texel_span };
-        let (pieces_on, bins_on, integrals) = gpu.checked("the tables of integrals", || {
+        let (pieces_on, bins_on, integrals, piece_texels) = gpu.checked("the tables of integrals", || {
             let buffer = |label, bytes: &[u8]| gpu.buffer(label, bytes, wgpu::BufferUsages::STORAGE);
             let integrals = integrals();
             (
                 buffer("pieces", bytemuck::cast_slice(&pieces)),
                 buffer("bins", bytemuck::cast_slice(&bins)),
                 buffer("integrals", bytemuck::cast_slice(&integrals)),
+                piece_texels(gpu, &pieces),
             )
         })?;
         Ok(Self {
             pieces: pieces_on,
             bins: bins_on,
             integrals,
+            piece_texels,
             piece_last: pieces.len() as u32 - 1,
             value_offset: texels.texel(lo) as f32,
             value_scale: value_scale as f32,
@@ -99,6 +105,28 @@ impl Tables {
     pub(crate) fn bytes(&self) -> u64 {
         self.pieces.size() + self.bins.size() + self.integrals.size()
     }
+}
+
+/// Three texels a piece.
+fn piece_texels(gpu: &Gpu, pieces: &[Piece]) -> wgpu::TextureView {
+    let mut texels: Vec<[f32; 4]> = bytemuck::cast_slice(pieces).to_vec();
+    let height = (texels.len() as u32).div_ceil(ROW);
+    texels.resize((height * ROW) as usize, [0.0; 4]);
+    let size = wgpu::Extent3d { width: ROW, height, depth_or_array_layers: 1 };
+    let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("pieces"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * ROW), rows_per_image: None };
+    gpu.queue().write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
 impl BinMap {
@@ -153,6 +181,21 @@ fn pieces(function: &TransferFunction, map: BinMap) -> Vec<Piece> {
     pieces
 }
 
+/// Which piece that can be seen comes next after each, and which was the last before it.
+fn note_seen(pieces: &mut [Piece]) {
+    let is_seen = |piece: &Piece| piece.low[3].max(piece.low[3] + piece.rise[3]) > 0.0;
+    let mut last = 0xffff;
+    for (i, piece) in pieces.iter_mut().enumerate() {
+        last = if is_seen(piece) { i as u32 } else { last };
+        piece.seen = last << 16;
+    }
+    let mut next = 0xffff;
+    for (i, piece) in pieces.iter_mut().enumerate().rev() {
+        next = if is_seen(piece) { i as u32 } else { next };
+        piece.seen |= next;
+    }
+}
+
 /// Adds the piece between two points.
 fn add(pieces: &mut Vec<Piece>, [low, high]: [&ControlPoint; 2], [begin, end]: [f64; 2]) {
     // What f32 cannot tell apart is a step.
@@ -167,7 +210,7 @@ fn add(pieces: &mut Vec<Piece>, [low, high]: [&ControlPoint; 2], [begin, end]: [
         begin: begin as f32,
         end: end as f32,
         inverse: inverse as f32,
-        reserved: 0.0,
+        seen: 0,
     });
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct ViewUniforms {
     pub(crate) cells_y: u32,
     pub(crate) cells_z: u32,
     pub(crate) draw_all: u32,
-    pub(crate) reserved_x: u32,
+    pub(crate) keeps_behind: u32,
     pub(crate) reserved_y: u32,
 }
 
@@ -70,6 +70,14 @@ impl View {
 
     pub(crate) fn is_parallel(&self) -> bool {
         self.inverse == 0.0
+    }
+
+    /// Whether something of a box in the cells' space is nearer than the nearest that is drawn, or behind the eye.
+    pub(crate) fn reaches_behind(&self, lo: DVec3, hi: DVec3) -> bool {
+        let row = self.rows[2];
+        let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
+        let nearest = row.truncate().dot(middle) + row.w - row.truncate().abs().dot(half);
+        1.0 + nearest * self.inverse < LEAST_W
     }
 
     /// Where the eye divides the cells of a grid along each axis: cells before it are drawn in ascending order, the others

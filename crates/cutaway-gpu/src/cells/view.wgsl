@@ -30,7 +30,8 @@ struct View {
     cells_z: u32,
     // 1: cells of which nothing is visible are drawn too, for clip surfaces in them are.
     draw_all: u32,
-    reserved_x: u32,
+    // 1: cells that reach behind the eye are drawn, up to the nearest plane.
+    keeps_behind: u32,
     reserved_y: u32,
 }
 

@@ -1,0 +1,158 @@
+//! The pipelines that bin and draw tiles.
+
+use super::super::pipelines::{
+    COMPUTE, FRAGMENT, Variant, computed, group_layout, module, storage, texture, uniform,
+};
+use super::super::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER};
+
+/// Steps, and what they are bound to.
+#[derive(Debug)]
+pub(in super::super) struct TilePipelines {
+    pub(in super::super) layouts: TileLayouts,
+    pub(in super::super) key_mesh: wgpu::ComputePipeline,
+    pub(in super::super) keep_mesh: wgpu::ComputePipeline,
+    pub(super) sum_runs: wgpu::ComputePipeline,
+    pub(super) sum_tiles: wgpu::ComputePipeline,
+    pub(super) list_runs: wgpu::ComputePipeline,
+    /// In perspective, then under parallel rays; each by whether the adapter filters the voxels.
+    composites: [[wgpu::ComputePipeline; 2]; 2],
+    pub(super) show: wgpu::RenderPipeline,
+}
+
+#[derive(Debug)]
+pub(in super::super) struct TileLayouts {
+    pub(in super::super) key_mesh: wgpu::BindGroupLayout,
+    pub(in super::super) keep_mesh: wgpu::BindGroupLayout,
+    pub(in super::super) keep_grid: wgpu::BindGroupLayout,
+    pub(super) lists: wgpu::BindGroupLayout,
+    pub(super) composite: wgpu::BindGroupLayout,
+    pub(super) show: wgpu::BindGroupLayout,
+}
+
+fn stored(format: wgpu::TextureFormat) -> wgpu::BindingType {
+    wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    }
+}
+
+impl TileLayouts {
+    fn new(device: &wgpu::Device) -> Self {
+        let make = |label, bindings: &[(u32, wgpu::ShaderStages, wgpu::BindingType)]| {
+            group_layout(device, label, bindings)
+        };
+        let compute = |bindings: &[(u32, wgpu::BindingType)]| -> Vec<_> {
+            bindings.iter().map(|(binding, ty)| (*binding, COMPUTE, *ty)).collect()
+        };
+        let (read, write) = (storage(true), storage(false));
+        let d2 = wgpu::TextureViewDimension::D2;
+        let words = texture(wgpu::TextureSampleType::Uint, d2);
+        let floats = texture(wgpu::TextureSampleType::Float { filterable: false }, d2);
+        let records = stored(wgpu::TextureFormat::Rgba32Uint);
+        Self {
+            key_mesh: make("keys", &compute(&[(3, read), (4, read), (6, write), (7, uniform())])),
+            keep_mesh: make(
+                "records of a mesh",
+                &compute(&[(0, uniform()), (1, write), (2, records), (3, read), (4, read), (5, read)]),
+            ),
+            keep_grid: make(
+                "records of a grid",
+                &compute(&[(0, uniform()), (1, write), (2, records), (3, uniform()), (4, read), (5, read)]),
+            ),
+            lists: make(
+                "lists of tiles",
+                &compute(&[
+                    (0, uniform()),
+                    (1, write),
+                    (2, write),
+                    (3, write),
+                    (4, write),
+                    (5, words),
+                    (6, stored(wgpu::TextureFormat::R32Uint)),
+                ]),
+            ),
+            composite: make(
+                "tiles",
+                &compute(&[
+                    (0, uniform()),
+                    (1, read),
+                    (2, read),
+                    (3, read),
+                    (4, words),
+                    (5, words),
+                    (6, floats),
+                    (7, write),
+                ]),
+            ),
+            show: make("image in tiles", &[(0, FRAGMENT, uniform()), (1, FRAGMENT, read)]),
+        }
+    }
+}
+
+impl TilePipelines {
+    /// `scene` by whether the adapter filters the voxels.
+    pub(in super::super) fn new(
+        device: &wgpu::Device,
+        scene: &[wgpu::BindGroupLayout; 2],
+        tables: &wgpu::BindGroupLayout,
+    ) -> Self {
+        let layouts = TileLayouts::new(device);
+        let mesh = module(device, "tiles of a mesh", TILES_MESH_SHADER);
+        let bin = module(device, "bins", TILES_BIN_SHADER);
+        let composite = module(device, "tiles", TILES_COMPOSITE_SHADER);
+        let of_mesh =
+            |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
+        let of_lists = |entry| computed(device, &bin, entry, &[Some(&layouts.lists)], &[]);
+        let composites = [0.0, 1.0].map(|parallel| {
+            [0, 1].map(|filterable: usize| {
+                let groups = [Some(&scene[filterable]), Some(&layouts.composite), Some(tables)];
+                computed(device, &composite, "composite_tiles", &groups, &[("PARALLEL", parallel)])
+            })
+        });
+        Self {
+            key_mesh: of_mesh("key_mesh", &layouts.key_mesh),
+            keep_mesh: of_mesh("keep_mesh", &layouts.keep_mesh),
+            sum_runs: of_lists("sum_runs"),
+            sum_tiles: of_lists("sum_tiles"),
+            list_runs: of_lists("list_runs"),
+            composites,
+            show: show_pipeline(device, &layouts.show),
+            layouts,
+        }
+    }
+
+    pub(super) fn composite(&self, variant: Variant) -> &wgpu::ComputePipeline {
+        &self.composites[usize::from(variant.parallel)][usize::from(variant.filterable)]
+    }
+}
+
+fn show_pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
+    let shader = module(device, "image in tiles", TILES_SHOW_SHADER);
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("image in tiles"),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("image in tiles"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &shader,
+            entry_point: Some("show_all"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &shader,
+            entry_point: Some("show_pixel"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(wgpu::TextureFormat::Rgba32Float.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
