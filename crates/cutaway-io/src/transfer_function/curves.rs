@@ -265,7 +265,6 @@ mod tests {
 
     proptest! {
         #[test]
-    #[allow(clippy::approx_constant, reason = "colours come near to everything, an eighth of pi too")]
         fn sampled_colours_are_off_by_less_than_a_255th(
             a in [0.0..=1.0, 0.0..=1.0, 0.0..=1.0],
             b in [0.0..=1.0, 0.0..=1.0, 0.0..=1.0],
@@ -295,6 +294,7 @@ mod tests {
 
     type ColorGolden = (ColorSpace, [f64; 3], [f64; 3], [[f64; 3]; 7]);
     /// A space, two colours, and those an eighth of the way apart between them, of vtkColorTransferFunction.
+    #[allow(clippy::approx_constant, reason = "colours come near to everything, an eighth of pi too")]
     const GOLDEN_COLORS: [ColorGolden; 8] = [
         (
             ColorSpace::Lab,
