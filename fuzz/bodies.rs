@@ -5,6 +5,7 @@
 use cutaway_io::limits::Limits;
 use cutaway_io::mesh::{MeshReadOptions, read_mesh_bytes};
 use cutaway_io::tetrahedra::{TetrahedraReadOptions, read_tetrahedra_bytes};
+use cutaway_io::transfer_function::{FunctionFormat, function_text, read_transfer_function_bytes};
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
 use cutaway_mesh::patches::Tessellation;
 use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
@@ -94,6 +95,26 @@ pub(crate) fn tetrahedra(data: &[u8]) {
             );
             assert!(mesh.point_gradients().len() == mesh.points().len());
             loaded.notices.iter().for_each(|notice| assert_one_line(notice));
+        }
+        Err(error) => assert_one_line(&error.to_string()),
+    }
+}
+
+/// Transfer functions: the input is a file of any format; what is read can be written in every format and read again.
+pub(crate) fn transfer_function(data: &[u8]) {
+    match read_transfer_function_bytes("a", data) {
+        Ok(loaded) => {
+            loaded.notices.iter().for_each(|notice| assert_one_line(notice));
+            let formats = [FunctionFormat::Cutaway, FunctionFormat::ParaView, FunctionFormat::SlicerJson];
+            for format in formats.into_iter().chain([FunctionFormat::Slicer]) {
+                let (text, notices) = function_text(&loaded.value, format);
+                notices.iter().for_each(|notice| assert_one_line(notice));
+                let again =
+                    read_transfer_function_bytes("a", text.as_bytes()).expect("what we write is read");
+                let [points, expected] =
+                    [&again.value, &loaded.value].map(|file| file.function.points().len());
+                assert_eq!(points, expected, "{format:?}");
+            }
         }
         Err(error) => assert_one_line(&error.to_string()),
     }

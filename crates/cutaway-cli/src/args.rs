@@ -34,6 +34,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a volume to an image
     Render(Box<RenderArgs>),
+    /// Open the viewer: see a volume, cut it open, move the cut
+    View(ViewArgs),
     /// Say what a volume or mesh file is: sizes, types, place, values; whether a surface is closed
     Info(InfoArgs),
     /// Convert a mesh to another format, and close it on the way
@@ -51,6 +53,23 @@ pub(crate) enum Command {
         /// bash, zsh, fish, elvish or powershell
         shell: clap_complete::Shell,
     },
+}
+
+/// What the viewer begins with.
+#[derive(Debug, Args)]
+pub(crate) struct ViewArgs {
+    /// Volume file, scene file or `sample:NAME` [the head that comes along, with a cut in it]
+    pub(crate) volume: Option<OsString>,
+    /// Scene file to begin with
+    #[arg(long, value_name = "FILE", conflicts_with = "volume")]
+    pub(crate) scene: Option<PathBuf>,
+    /// The GPU that draws the window and serves the GPU engines, by a part of its name (`cutaway info --gpu` lists them)
+    #[arg(long, value_name = "NAME")]
+    #[cfg_attr(
+        not(feature = "viewer"),
+        allow(dead_code, reason = "without a window there is none to draw it")
+    )]
+    pub(crate) gpu: Option<String>,
 }
 
 const RENDER_HELP: &str = "\
@@ -231,7 +250,8 @@ pub(crate) struct FunctionArgs {
     /// A named look: CT-Bone, MR-Default, ... (see `cutaway presets`)
     #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer_function", "colormap", "window"])]
     pub(crate) preset: Option<String>,
-    /// JSON file of points: {"points": [{"value", "color", "opacity"}, ...]}
+    /// File of points: JSON ({"points": [{"value", "color", "opacity"}, ...]}), a ParaView colour map (JSON), or a Slicer volume
+    /// property (.vp, .vp.json), whose light is taken, too
     #[arg(long, value_name = "FILE", conflicts_with_all = ["colormap", "window"])]
     pub(crate) transfer_function: Option<PathBuf>,
     /// A named colour map (see `cutaway presets`)
@@ -327,12 +347,14 @@ Examples:
   cutaway info engine.raw --dims 256,256,128 --type uint8 --json
       raw data, as JSON
   cutaway info bunny.ply
-      counts of a mesh, whether its surface is closed, and what closing it would take";
+      counts of a mesh, whether its surface is closed, and what closing it would take
+  cutaway info bones.vp
+      points of a transfer function: cutaway's, ParaView's or Slicer's";
 
 #[derive(Debug, Args)]
 #[command(after_help = INFO_HELP)]
 pub(crate) struct InfoArgs {
-    /// Volume file, `sample:NAME`, or mesh file (.ply, .stl, .obj, .gltf, .glb)
+    /// Volume file, `sample:NAME`, mesh file (.ply, .stl, .obj, .gltf, .glb), or transfer function (.json, .vp)
     #[arg(required_unless_present = "gpu")]
     pub(crate) file: Option<OsString>,
     /// List the GPUs of this machine instead, the one that is taken first
@@ -352,15 +374,18 @@ Examples:
   cutaway convert scan.stl.gz closed.obj --repair
       closed: holes capped, windings outward, duplicates and degenerate triangles dropped
   cutaway convert rough.stl closed.stl --repair --weld-tolerance 1e-4
-      vertices on the boundary up to 1/10000 of the size apart are welded before";
+      vertices on the boundary up to 1/10000 of the size apart are welded before
+  cutaway convert bones.vp bones.json
+      a transfer function: .json (cutaway), .pv.json (ParaView), .vp or .vp.json (Slicer)";
 
 #[derive(Debug, Args)]
 #[command(after_help = CONVERT_HELP)]
 pub(crate) struct ConvertArgs {
-    /// Mesh file: .ply, .stl, .obj, .gltf or .glb, gzip-compressed or not; or spline patches: .txt or .json
+    /// Mesh file: .ply, .stl, .obj, .gltf or .glb, gzip-compressed or not; spline patches: .txt or .json; or a
+    /// transfer function: .json of cutaway, ParaView or Slicer, or .vp
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// Mesh file to write: .ply, .stl or .obj
+    /// Mesh file to write: .ply, .stl or .obj; or transfer function: .json, .pv.json, .vp or .vp.json
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Write a closed surface, or nothing where the mesh cannot be closed

@@ -12,6 +12,7 @@ use cutaway_core::volume::{Volume, VoxelType};
 use cutaway_io::mesh::recognize;
 use cutaway_io::samples::{self, SampleError, read_sample};
 use cutaway_io::tetrahedra::{self, TetrahedraReadOptions, read_tetrahedra};
+use cutaway_io::transfer_function::{self, FunctionFormat};
 use cutaway_io::volume::{Loaded, RawOptions, ReadError, ReadOptions, read_volume};
 
 use crate::args::RawArgs;
@@ -160,19 +161,14 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
         "ply" | "stl" | "obj" | "glb" | "gltf" => {
             anyhow!("{file}: this is a mesh, not a volume; `cutaway info` and `cutaway convert` read meshes")
         }
-        "json" => match json_kind(path) {
-            Some(Json::Scene) => {
-                anyhow!(
-                    "{file}: this is a scene file, not a volume; `cutaway render --scene {file}` renders it"
-                )
-            }
-            Some(Json::Function) => {
-                anyhow!(
-                    "{file}: this is a transfer function, not a volume; `cutaway render` takes it as --transfer-function"
-                )
-            }
-            None => error.into(),
-        },
+        "json" | "vp" if transfer_function::recognize(path).is_some() => {
+            anyhow!(
+                "{file}: this is a transfer function, not a volume; `cutaway render` takes it as --transfer-function"
+            )
+        }
+        "json" if is_scene(path) => {
+            anyhow!("{file}: this is a scene file, not a volume; `cutaway render --scene {file}` renders it")
+        }
         "png" | "exr" => {
             anyhow!("{file}: this is an image, not a volume; `cutaway compare` reads images")
         }
@@ -182,28 +178,31 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
 
 /// Whether an argument names a mesh file. What is described as raw data is none.
 pub(crate) fn is_mesh(name: &OsStr, raw: &RawArgs) -> bool {
+    !is_volume(name, raw) && recognize(Path::new(name)).is_some()
+}
+
+/// What kind of transfer function an argument names, if it names one. What is described as raw data is none.
+pub(crate) fn function_format(name: &OsStr, raw: &RawArgs) -> Option<FunctionFormat> {
+    if is_volume(name, raw) { None } else { transfer_function::recognize(Path::new(name)) }
+}
+
+/// Whether an argument is said to be a volume, whatever it holds.
+fn is_volume(name: &OsStr, raw: &RawArgs) -> bool {
     let RawArgs { dims, voxel_type, spacing, big_endian, header_bytes, volume_index } = raw;
     let described = dims.is_some() || voxel_type.is_some() || spacing.is_some() || *big_endian;
     let described = described || header_bytes.is_some() || volume_index.is_some();
-    let sample = name.to_str().is_some_and(|name| name.starts_with("sample:"));
-    !described && !sample && recognize(Path::new(name)).is_some()
+    described || name.to_str().is_some_and(|name| name.starts_with("sample:"))
 }
 
-enum Json {
-    Scene,
-    Function,
-}
-
-/// What a JSON file is by its keys, whether or not the rest of it is right.
-fn json_kind(path: &Path) -> Option<Json> {
+/// Whether a JSON file is a scene by its keys, whether or not the rest of it is right.
+fn is_scene(path: &Path) -> bool {
     const MOST_BYTES: u64 = 64 << 20;
-    let mut text = Vec::new();
-    std::fs::File::open(path).ok()?.take(MOST_BYTES).read_to_end(&mut text).ok()?;
-    let value: serde_json::Value = serde_json::from_slice(&text).ok()?;
-    if value.get("volume").is_some() {
-        return Some(Json::Scene);
-    }
-    value.get("points").map(|_| Json::Function)
+    let read = || {
+        let mut text = Vec::new();
+        std::fs::File::open(path).ok()?.take(MOST_BYTES).read_to_end(&mut text).ok()?;
+        serde_json::from_slice::<serde_json::Value>(&text).ok()
+    };
+    read().is_some_and(|value| value.get("volume").is_some())
 }
 
 impl LoadedVolume {

@@ -38,6 +38,7 @@ fn main() -> ExitCode {
 fn run(command: Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Render(args) => commands::render::run(&args)?,
+        Command::View(args) => commands::view::run(&args)?,
         Command::Info(args) => commands::info::run(&args)?,
         Command::Convert(args) => commands::convert::run(&args)?,
         Command::Compare(args) => return commands::compare::run(&args),

@@ -14,8 +14,10 @@ use cutaway_core::scene::{
 };
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
-use cutaway_io::json::{read_scene, read_transfer_function};
+use cutaway_io::json::read_scene;
 use cutaway_io::limits::Limits;
+use cutaway_io::transfer_function::{FunctionFile, read_transfer_function};
+use cutaway_io::volume::Loaded;
 
 use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs};
 use crate::clip::{self, PreparedClip};
@@ -33,6 +35,7 @@ pub(crate) struct Prepared {
     pub(crate) settings: RenderSettings,
     pub(crate) clip: Option<PreparedClip>,
     pub(crate) clip_shading: ClipShading,
+    function_notices: Vec<String>,
     origins: Origins,
 }
 
@@ -48,6 +51,7 @@ impl Prepared {
     /// Says what there is to know of the files.
     pub(crate) fn report(&self, verbosity: Verbosity) {
         self.loaded.report(verbosity);
+        self.function_notices.iter().for_each(|notice| verbosity.notice(notice));
         self.clip.iter().flat_map(|clip| &clip.notices).for_each(|notice| verbosity.notice(notice));
         if self.settings.engine != Engine::Reference {
             cutaway_cpu::notices(&self.settings).iter().for_each(|notice| verbosity.notice(notice));
@@ -69,17 +73,34 @@ impl Prepared {
         let settings = settings(args, file.as_ref(), preset)?;
         // Checked before the rest: the default camera already needs the aspect ratio.
         check_resolution(settings.resolution).map_err(|e| origins.blame(&e))?;
-        let lighting = lighting(&args.light, file.as_ref(), preset)?;
+        let function_path = args.function.transfer_function.as_deref().filter(|_| preset.is_none());
+        let given = function_path.map(read_transfer_function).transpose()?;
+        let (given, function_notices) = match given {
+            Some(Loaded { value, notices }) => (Some(value), notices),
+            None => (None, Vec::new()),
+        };
+        let lighting = lighting(&args.light, file.as_ref(), preset, given.as_ref())?;
         let loaded = load(file.as_ref())?;
         origins.volume.clone_from(&loaded.name);
         let (function, unit_distance) =
-            function(&args.function, file.as_ref(), preset, &loaded, &settings, &origins)?;
+            function(&args.function, file.as_ref(), preset, given, &loaded, &settings, &origins)?;
         let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
         let in_file = file.as_ref().zip(args.scene.as_deref());
         let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume, &settings)?;
         let clip_shading = clip::shading(&args.clip, file.as_ref());
         clip_shading.validate().map_err(|e| origins.blame(&e))?;
-        Ok(Self { loaded, function, unit_distance, camera, lighting, settings, clip, clip_shading, origins })
+        Ok(Self {
+            loaded,
+            function,
+            unit_distance,
+            camera,
+            lighting,
+            settings,
+            clip,
+            clip_shading,
+            function_notices,
+            origins,
+        })
     }
 
     /// The scene, every number checked.
@@ -112,6 +133,7 @@ impl Prepared {
             clip: self.clip.as_ref().map(|clip| clip.to_file(path)).transpose()?,
             clip_shading: self.clip_shading.clone(),
             render: self.settings.clone(),
+            viewer: None,
         })
     }
 }
@@ -252,8 +274,22 @@ fn settings(
     Ok(s)
 }
 
-fn lighting(args: &LightArgs, file: Option<&SceneFile>, preset: Option<&Preset>) -> anyhow::Result<Lighting> {
+/// Light and material; the light that a file of a transfer function holds has no direction and no curve.
+fn lighting(
+    args: &LightArgs,
+    file: Option<&SceneFile>,
+    preset: Option<&Preset>,
+    given: Option<&FunctionFile>,
+) -> anyhow::Result<Lighting> {
     let mut l = file.map(|f| f.lighting.clone()).unwrap_or_default();
+    if let Some(of_function) = given.and_then(|given| given.lighting.clone()) {
+        l = Lighting {
+            diffuse_curve: l.diffuse_curve,
+            wrap_power: l.wrap_power,
+            light: l.light,
+            ..of_function
+        };
+    }
     if let Some(preset) = preset {
         l.shade = preset.shade;
     }
@@ -273,6 +309,7 @@ fn function(
     args: &FunctionArgs,
     file: Option<&SceneFile>,
     preset: Option<&Preset>,
+    given: Option<FunctionFile>,
     loaded: &LoadedVolume,
     settings: &RenderSettings,
     origins: &Origins,
@@ -281,8 +318,8 @@ fn function(
     let projection = matches!(settings.mode, Mode::Mip | Mode::Minip | Mode::Mean);
     let (function, unit) = if let Some(preset) = preset {
         (preset.transfer_function(volume), preset.unit_distance())
-    } else if let Some(path) = &args.transfer_function {
-        read_transfer_function(path)?
+    } else if let Some(given) = given {
+        (given.function, given.unit_distance)
     } else if let Some(name) = &args.colormap {
         (colormap(name, args, volume.value_range())?, None)
     } else if let (Some(window), Some(level)) = (args.window, args.level) {

@@ -14,7 +14,7 @@ use crate::values::closest;
 const OPTIONS: &[&str] = &["--turntable", "--frames"];
 
 /// Commands that the interface names and later versions will have.
-const COMMANDS: &[&str] = &["view"];
+const COMMANDS: &[&str] = &[];
 
 /// Prints what is wrong with a command line; 0 for `--help` and `--version`, 2 otherwise.
 pub(crate) fn explain(error: &clap::Error) -> ExitCode {

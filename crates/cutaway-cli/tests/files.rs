@@ -29,7 +29,6 @@ fn what_cannot_be_read_is_said_by_file() {
         ("a.tif", b"II*\0", &["TIFF is not supported"]),
         ("picture.png", b"\x89PNG\r\n\x1a\n", &["an image", "cutaway compare"]),
         ("scene.json", br#"{"volume": "x.nrrd", "what": 1}"#, &["a scene file", "--scene scene.json"]),
-        ("tf.json", br#"{"points": []}"#, &["a transfer function", "--transfer-function"]),
         ("raw.json", br#"{"dims": [1, 2, 3]}"#, &["describes raw voxels"]),
     ];
     for (name, bytes, says) in files {

@@ -134,11 +134,18 @@ fn options_that_do_not_exist_yet_are_refused_by_name() {
             run(folder.path(), &format!("{RENDER} {form}")).fails(2, &[&says]);
         }
     }
-    for line in ["view", "view a.nii", "help view"] {
-        run(folder.path(), line).fails(2, &["does not exist in this version"]);
-    }
     run(folder.path(), &format!("{RENDER} --turntabel 4")).fails(2, &["`--turntable` does not exist"]);
     assert_eq!(names(folder.path()), [""; 0]);
+}
+
+#[test]
+fn the_viewer_says_why_there_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let says = if cfg!(feature = "viewer") { "there is no display" } else { "this build has no viewer" };
+    run(folder.path(), "view").fails(1, &[says]);
+    run(folder.path(), "view sample:sphere:8").fails(1, &[says]);
+    run(folder.path(), "view nowhere.nii").fails(1, &["nowhere.nii"]);
+    run(folder.path(), "view a.nii --scene b.json").fails(2, &["--scene"]);
 }
 
 #[test]

@@ -611,6 +611,9 @@ pub struct SceneFile {
     /// How the image is made.
     #[serde(default)]
     pub render: RenderSettings,
+    /// What a viewer keeps beside the picture: names, what is hidden, panes. Nothing in it changes an image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viewer: Option<serde_json::Value>,
 }
 
 #[cfg(test)]

@@ -40,17 +40,30 @@ impl<T: Copy> BlockGrid<T> {
     where
         T: Sync,
     {
+        self.coarser_by(BLOCK, init, merge)
+    }
+
+    /// A coarser grid: each of its blocks reduces up to `edge`³ of these.
+    pub fn coarser_by<U: Copy + Send>(
+        &self,
+        edge: u32,
+        init: U,
+        merge: impl Fn(U, T) -> U + Sync,
+    ) -> BlockGrid<U>
+    where
+        T: Sync,
+    {
         let d = self.dimensions;
-        let dimensions = UVec3::new(d.x.div_ceil(BLOCK), d.y.div_ceil(BLOCK), d.z.div_ceil(BLOCK));
+        let dimensions = UVec3::new(d.x.div_ceil(edge), d.y.div_ceil(edge), d.z.div_ceil(edge));
         let mut blocks = vec![init; (dimensions.x * dimensions.y * dimensions.z) as usize];
         let plane = (dimensions.x * dimensions.y) as usize;
         blocks.par_chunks_mut(plane).enumerate().for_each(|(bz, out)| {
-            let z0 = bz as u32 * BLOCK;
-            for z in z0..(z0 + BLOCK).min(d.z) {
+            let z0 = bz as u32 * edge;
+            for z in z0..(z0 + edge).min(d.z) {
                 for y in 0..d.y {
                     let row = self.index(UVec3::new(0, y, z));
                     for x in 0..d.x {
-                        let to = &mut out[(y / BLOCK * dimensions.x + x / BLOCK) as usize];
+                        let to = &mut out[(y / edge * dimensions.x + x / edge) as usize];
                         *to = merge(*to, self.blocks[row + x as usize]);
                     }
                 }
@@ -69,23 +82,44 @@ pub struct ValueRanges {
     pub level1: BlockGrid<[f32; 2]>,
 }
 
-impl ValueRanges {
-    /// Reads every voxel once (and the shared layers twice), in parallel over slabs of blocks.
-    pub fn new(volume: &Volume) -> Self {
+/// What no number is in.
+const NONE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+
+fn union(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+impl BlockGrid<[f32; 2]> {
+    /// Least and greatest stored number in blocks of `edge`³ cells. Reads every voxel once (and the shared layers twice), in
+    /// parallel over rows of blocks.
+    pub fn of_values(volume: &Volume, edge: u32) -> Self {
         let d = volume.dimensions();
         let cells = (d - UVec3::ONE).max(UVec3::ONE);
-        let dimensions =
-            UVec3::new(cells.x.div_ceil(BLOCK), cells.y.div_ceil(BLOCK), cells.z.div_ceil(BLOCK));
+        let dimensions = UVec3::new(cells.x.div_ceil(edge), cells.y.div_ceil(edge), cells.z.div_ceil(edge));
         let mut blocks = vec![[0.0; 2]; (dimensions.x * dimensions.y * dimensions.z) as usize];
         with_voxels!(volume.voxels(), voxels => {
             blocks.par_chunks_mut(dimensions.x as usize).enumerate().for_each(|(row, out)| {
                 let (by, bz) = (row as u32 % dimensions.y, row as u32 / dimensions.y);
-                block_row(voxels, d, by, bz, out);
+                block_row(voxels, d, edge, (by, bz), out);
             });
         });
-        let level0 = BlockGrid { dimensions, blocks };
-        let none = [f32::INFINITY, f32::NEG_INFINITY];
-        let level1 = level0.coarser(none, |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        Self { dimensions, blocks }
+    }
+}
+
+impl ValueRanges {
+    /// Reads every voxel once (and the shared layers twice), in parallel over slabs of blocks.
+    pub fn new(volume: &Volume) -> Self {
+        Self::from_level0(BlockGrid::of_values(volume, BLOCK))
+    }
+
+    /// The same from the ranges of blocks of half the edge: a block's voxels are those of its eighths.
+    pub fn from_halves(halves: &BlockGrid<[f32; 2]>) -> Self {
+        Self::from_level0(halves.coarser_by(2, NONE, union))
+    }
+
+    fn from_level0(level0: BlockGrid<[f32; 2]>) -> Self {
+        let level1 = level0.coarser(NONE, union);
         Self { level0, level1 }
     }
 
@@ -97,18 +131,18 @@ impl ValueRanges {
 
 /// Ranges of one row of blocks along x. First reduces over y and z for each x (contiguous, so it vectorises), then
 /// over x.
-fn block_row<T>(voxels: &[T], d: UVec3, by: u32, bz: u32, out: &mut [[f32; 2]])
+fn block_row<T>(voxels: &[T], d: UVec3, edge: u32, (by, bz): (u32, u32), out: &mut [[f32; 2]])
 where
     T: Copy + PartialOrd + Into<f32>,
 {
     let width = d.x as usize;
-    let end = |b: u32, n: u32| ((b + 1) * BLOCK).min(n - 1);
+    let end = |b: u32, n: u32| ((b + 1) * edge).min(n - 1);
     let start = |z: u32, y: u32| (z as usize * d.y as usize + y as usize) * width;
-    let first = start(bz * BLOCK, by * BLOCK);
+    let first = start(bz * edge, by * edge);
     let mut lo = voxels[first..first + width].to_vec();
     let mut hi = lo.clone();
-    for z in bz * BLOCK..=end(bz, d.z) {
-        for y in by * BLOCK..=end(by, d.y) {
+    for z in bz * edge..=end(bz, d.z) {
+        for y in by * edge..=end(by, d.y) {
             let row = &voxels[start(z, y)..start(z, y) + width];
             for ((lo, hi), v) in lo.iter_mut().zip(&mut hi).zip(row) {
                 *lo = if *v < *lo { *v } else { *lo };
@@ -117,8 +151,8 @@ where
         }
     }
     for (b, range) in out.iter_mut().enumerate() {
-        let from = b * BLOCK as usize;
-        let to = (from + BLOCK as usize).min(width - 1);
+        let from = b * edge as usize;
+        let to = (from + edge as usize).min(width - 1);
         let least = lo[from..=to].iter().fold(lo[from], |a, &v| if v < a { v } else { a });
         let most = hi[from..=to].iter().fold(hi[from], |a, &v| if v > a { v } else { a });
         *range = [least.into(), most.into()];
@@ -153,6 +187,15 @@ mod tests {
         let all =
             ranges.level1.blocks.iter().fold([f32::MAX, f32::MIN], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         assert_eq!(all, volume.stored_range());
+    }
+
+    #[test]
+    fn blocks_hold_what_their_eighths_hold() {
+        for d in [UVec3::new(70, 20, 9), UVec3::new(2, 6, 33), UVec3::new(13, 12, 11)] {
+            let volume = noise(d, 11);
+            let halves = BlockGrid::of_values(&volume, BLOCK / 2);
+            assert_eq!(ValueRanges::from_halves(&halves), ValueRanges::new(&volume), "{d}");
+        }
     }
 
     proptest! {

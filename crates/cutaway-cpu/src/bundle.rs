@@ -4,8 +4,10 @@
 //! neighbouring rays meet the same blocks. Along the axis that they follow most, a slab of blocks holds, of each ray, one
 //! short stretch; all stretches of a packet lie within a rectangle of blocks that its bounds give. If none of those blocks
 //! can be seen, the slab is skipped for all its rays at once, and if no level-1 block of the bundle's rectangle can, eight
-//! slabs are. All packets of a bundle cross a slab before any goes on to the next, so that the voxels of the slab are
-//! fetched into the nearest cache once for all of them.
+//! slabs are. In front of a surface a block is empty for half of its depth: where not all of a slab can be seen a packet
+//! asks blocks of half the edge, the nearer ones and the farther. All packets of a bundle cross a slab before any goes on
+//! to the next, so that the voxels of the slab are fetched into the nearest cache once for all of them; those of a large
+//! volume are asked for as soon as it is known which, so that they come while other packets are at work.
 //!
 //! Skipping decides only what is *not* sampled. A sample taken in an empty block is transparent, so a coarser decision
 //! for a whole packet changes no pixel.
@@ -14,7 +16,7 @@ use cutaway_core::glam::UVec3;
 use cutaway_core::value_ranges::BLOCK;
 use fearless_simd::Simd;
 
-use crate::classification::BlockMap;
+use crate::classification::{BlockMap, cast_piece};
 use crate::clipping::TileClip;
 use crate::packet::{Axis, Bounds, Packet, packet_shape};
 use crate::rays::Frame;
@@ -110,6 +112,27 @@ impl Slabs {
         [number(inside[0] - 1e-3), number(inside[1] + 1e-3)]
     }
 
+    /// The two slabs of blocks of half the edge that a slab consists of, the nearer one first. Of the last slab the second
+    /// may be beyond the volume.
+    #[inline(always)]
+    fn halves_of(&self, number: i32) -> [Option<Slab>; 2] {
+        let half = |i: i32| (2 * number + i < self.dimensions[self.axis]).then(|| self.slab(2 * number + i));
+        if self.ascending { [half(0), half(1)] } else { [half(1), half(0)] }
+    }
+
+    /// The steps of a packet in a slab, of whose halves only what may be visible.
+    #[inline(always)]
+    fn visible_stretch(&self, bounds: &Bounds, halves: &[Option<Slab>; 2], blocks: &[u8]) -> Option<Stretch> {
+        let mut seen: Option<Stretch> = None;
+        for slab in halves.iter().flatten() {
+            if bounds.reaches(slab) && self.rectangle(bounds, slab).fold(0, |any, b| any | blocks[b]) != 0 {
+                let Stretch { begin, end } = bounds.stretch(slab);
+                seen = Some(Stretch { begin: seen.map_or(begin, |s| s.begin), end });
+            }
+        }
+        seen
+    }
+
     /// The blocks that bounds may touch within a slab.
     #[inline(always)]
     pub(crate) fn rectangle(&self, bounds: &Bounds, slab: &Slab) -> Rectangle {
@@ -195,6 +218,8 @@ pub(crate) struct Member<S: Simd, T> {
     pub(crate) index: usize,
     /// Its first step that has not been handed out.
     next: u32,
+    /// What it is to take in the slab at hand, and what is there.
+    due: Option<(Stretch, u8)>,
     /// Whether anything further on can still be seen.
     open: bool,
 }
@@ -240,7 +265,15 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 let packet = Packet::new(simd, frame, self.axis, pixel, kept.as_ref());
                 if packet.bounds.hits {
                     self.bounds = self.bounds.union(&packet.bounds);
-                    self.members.push(Member { packet, sum: sum(index), pixel, index, next: 0, open: true });
+                    self.members.push(Member {
+                        packet,
+                        sum: sum(index),
+                        pixel,
+                        index,
+                        next: 0,
+                        due: None,
+                        open: true,
+                    });
                 }
             }
         }
@@ -254,13 +287,14 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
     /// Hands out stretches, near ones first.
     ///
     /// Each is longer by `margin` steps at both ends: for steps that see more than their middle. `blocks` says what is
-    /// where; `take(packet, sum, stretch, what is there)` returns whether anything further on can still be seen by the
-    /// packet.
+    /// where; `look_ahead(packet, stretch)` is told of all stretches in a slab before the first of them is taken;
+    /// `take(packet, sum, stretch, what is there)` returns whether anything further on can still be seen by the packet.
     #[inline(always)]
     pub(crate) fn march(
         &mut self,
         blocks: &BlockMap,
         margin: u32,
+        look_ahead: impl Fn(&Packet<S>, Stretch),
         mut take: impl FnMut(&Packet<S>, &mut T, Stretch, u8) -> bool,
     ) {
         let Some(axis) = self.axis else {
@@ -276,6 +310,7 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
         };
         let slabs = Slabs::new(axis, blocks.fine.dimensions, BLOCK);
         let coarse = Slabs::new(axis, blocks.coarse.dimensions, BLOCK * BLOCK);
+        let halves = Slabs::new(axis, blocks.halves.dimensions, BLOCK / 2);
         let ([mut number, last], step) = (slabs.range(self.bounds.inside), if axis.1 { 1 } else { -1 });
         let size = BLOCK as i32;
         let mut looked_at = i32::MIN;
@@ -291,25 +326,35 @@ impl<S: Simd, T: Copy> Bundle<S, T> {
                 }
             }
             let slab = slabs.slab(number);
+            let half_slabs = halves.halves_of(number);
             number += step;
             if slabs.rectangle(&self.bounds, &slab).fold(0, |any, b| any | blocks.fine.blocks[b]) == 0 {
                 continue;
             }
             for m in self.members.iter_mut().filter(|m| m.open && m.packet.bounds.reaches(&slab)) {
-                let there =
-                    slabs.rectangle(&m.packet.bounds, &slab).fold(0, |any, b| any | blocks.fine.blocks[b]);
-                if there == 0 {
-                    continue;
-                }
-                let Stretch { begin, end } = m.packet.bounds.stretch(&slab);
+                let bounds = &m.packet.bounds;
+                let there = slabs.rectangle(bounds, &slab).fold(0, |any, b| any | blocks.fine.blocks[b]);
+                let seen = if there & cast_piece::PARTLY != 0 {
+                    halves.visible_stretch(bounds, &half_slabs, &blocks.halves.blocks)
+                } else if there != 0 {
+                    Some(bounds.stretch(&slab))
+                } else {
+                    None
+                };
+                let Some(Stretch { begin, end }) = seen else { continue };
                 // What was handed out before reaches down to where the last visible slab begins; nothing of this slab
                 // lies before that, for each ray meets the slabs in turn.
                 let stretch = Stretch {
                     begin: begin.saturating_sub(margin).max(m.next),
-                    end: (end + margin).min(m.packet.bounds.end[1].ceil() as u32),
+                    end: (end + margin).min(bounds.end[1].ceil() as u32),
                 };
                 if stretch.begin < stretch.end {
-                    m.next = stretch.end;
+                    look_ahead(&m.packet, stretch);
+                    (m.next, m.due) = (stretch.end, Some((stretch, there)));
+                }
+            }
+            for m in &mut self.members {
+                if let Some((stretch, there)) = m.due.take() {
                     m.open = take(&m.packet, &mut m.sum, stretch, there);
                     open -= usize::from(!m.open);
                 }
@@ -394,13 +439,18 @@ mod tests {
                 member.sum = i as u32;
             }
             let mut handed_out: Vec<Vec<Stretch>> = vec![Vec::new(); bundle.members.len()];
-            bundle.march(self.blocks, 0, |_, i, stretch, _| {
-                let stretches = &mut handed_out[*i as usize];
-                assert!(stretch.begin < stretch.end);
-                assert!(stretches.last().is_none_or(|last| last.end <= stretch.begin));
-                stretches.push(stretch);
-                true
-            });
+            bundle.march(
+                self.blocks,
+                0,
+                |_, _| {},
+                |_, i, stretch, _| {
+                    let stretches = &mut handed_out[*i as usize];
+                    assert!(stretch.begin < stretch.end);
+                    assert!(stretches.last().is_none_or(|last| last.end <= stretch.begin));
+                    stretches.push(stretch);
+                    true
+                },
+            );
             let mut best_first: Vec<Vec<Stretch>> = vec![Vec::new(); bundle.members.len()];
             let bound = |b: usize| f32::from(self.blocks.fine.blocks[b]);
             bundle.march_best_first(BLOCKS, bound, |_, i, stretch| {
@@ -408,28 +458,30 @@ mod tests {
                 (0.0, f32::NEG_INFINITY)
             });
             for (member, (marched, best)) in bundle.members.iter().zip(handed_out.iter().zip(&best_first)) {
-                check(&member.packet, self.blocks, marched);
-                check(&member.packet, self.blocks, best);
+                check(&member.packet, &self.blocks.halves, BLOCK / 2, marched);
+                check(&member.packet, &self.blocks.fine, BLOCK, best);
             }
         }
     }
 
-    fn check<S: Simd>(packet: &Packet<S>, blocks: &BlockMap, stretches: &[Stretch]) {
+    /// Holds that all samples in visible blocks of this edge were handed out.
+    fn check<S: Simd>(packet: &Packet<S>, blocks: &BlockGrid<u8>, edge: u32, stretches: &[Stretch]) {
         for l in 0..Packet::<S>::LANES {
             let (first, end) = (packet.first[l], packet.end[l]);
             for j in first as u32..end.ceil() as u32 {
                 let middle = (j as f32 + 0.5).min(0.5 * (j as f32 + end));
                 let at = |a: usize| packet.origin[a][l] + packet.stride[a][l] * middle;
                 let p = Vec3::new(at(0), at(1), at(2));
-                let block = (p / BLOCK as f32).as_uvec3().min(BLOCKS - UVec3::ONE);
+                let block = (p / edge as f32).as_uvec3().min(blocks.dimensions - UVec3::ONE);
                 let handed_out = stretches.iter().any(|s| (s.begin..s.end).contains(&j));
-                assert!(handed_out || blocks.fine.get(block) == 0, "sample {j} at {p} in block {block}");
+                assert!(handed_out || blocks.get(block) == 0, "sample {j} at {p} in block {block}");
             }
         }
     }
 
     fn volume() -> Volume {
-        let d = BLOCKS * BLOCK - UVec3::splat(2);
+        // Along y the last block is less than half a one.
+        let d = BLOCKS * BLOCK - UVec3::new(2, 5, 3);
         let voxels = vec![0u8; (d.x * d.y * d.z) as usize];
         Volume::new(d, voxels, Rescale::IDENTITY, Geometry::from_spacing(DVec3::ONE)).unwrap()
     }
@@ -452,14 +504,19 @@ mod tests {
             };
             prop_assume!(DVec3::from_array(position).distance(DVec3::from_array(focal)) > 1.0);
             let hash = |i: usize| (i as u64 * 131).wrapping_add(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let visible = |i: usize| u8::from(hash(i).trailing_zeros() >= sparsity);
-            let fine = BlockGrid {
-                dimensions: BLOCKS,
-                blocks: (0..(BLOCKS.x * BLOCKS.y * BLOCKS.z) as usize).map(visible).collect(),
-            };
-            let coarse = fine.coarser(0, |any, b| any | b);
-            let blocks = BlockMap { fine, coarse };
             let volume = volume();
+            let cells = (volume.dimensions() - UVec3::ONE).to_array();
+            let dimensions = UVec3::from_array(cells.map(|n| n.div_ceil(BLOCK / 2)));
+            let piece = |i: usize| {
+                let seen = hash(i).trailing_zeros() >= sparsity;
+                if seen { cast_piece::VISIBLE | cast_piece::PARTLY } else { 0 }
+            };
+            let count = (dimensions.x * dimensions.y * dimensions.z) as usize;
+            let halves = BlockGrid { dimensions, blocks: (0..count).map(piece).collect() };
+            let fine = halves.coarser_by(2, 0, |any, b| any | b);
+            prop_assert_eq!(fine.dimensions, BLOCKS);
+            let coarse = fine.coarser(0, |any, b| any | b);
+            let blocks = BlockMap { halves, fine, coarse };
             let gray = ControlPoint { value: 0.0, color: [0.5; 3], opacity: 0.5 };
             let function = TransferFunction::new(vec![gray]).unwrap();
             let settings = RenderSettings { step, resolution: [61, 61], ..Default::default() };

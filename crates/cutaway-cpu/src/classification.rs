@@ -3,11 +3,12 @@
 //! Rebuilt on a change of transfer function, mode or step, in time proportional to the number of blocks; no voxel is read.
 
 use cutaway_core::compositing::segment_opacity;
+use cutaway_core::glam::UVec3;
 use cutaway_core::occupancy::Occupancy;
 use cutaway_core::preintegration::Preintegration;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::{ClassificationTable, extinction};
-use cutaway_core::value_ranges::{BlockGrid, ValueRanges};
+use cutaway_core::value_ranges::BlockGrid;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, SimdBase};
 use rayon::prelude::*;
@@ -23,19 +24,43 @@ pub(crate) mod cast_piece {
     pub(crate) const PARTLY: u8 = 2;
 }
 
-/// What is in the blocks of a volume, in two levels: bits of [`cast_piece`], 0 where nothing can be seen.
+/// What is in the blocks of a volume, in three levels: bits of [`cast_piece`], 0 where nothing can be seen.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockMap {
+    /// Blocks of half the edge. Where a block of `fine` is without [`cast_piece::PARTLY`] these are not looked at.
+    pub(crate) halves: BlockGrid<u8>,
     pub(crate) fine: BlockGrid<u8>,
     pub(crate) coarse: BlockGrid<u8>,
 }
 
 impl BlockMap {
-    fn new(ranges: &ValueRanges, piece: impl Fn(f32, f32) -> u8 + Sync) -> Self {
-        let blocks = ranges.level0.blocks.par_iter().map(|&[lo, hi]| piece(lo, hi)).collect();
-        let fine = BlockGrid { dimensions: ranges.level0.dimensions, blocks };
+    fn new(volume: &CpuVolume, piece: impl Fn(f32, f32) -> u8 + Sync) -> Self {
+        let level0 = &volume.ranges().level0;
+        let blocks = level0.blocks.par_iter().map(|&[lo, hi]| piece(lo, hi)).collect();
+        let fine = BlockGrid { dimensions: level0.dimensions, blocks };
         let coarse = fine.coarser(0, |any, b| any | b);
-        Self { fine, coarse }
+        Self { halves: Self::halves(volume.halves(), &fine, piece), fine, coarse }
+    }
+
+    /// Blocks of half the edge; asked where what is in the whole block does not tell.
+    fn halves(
+        ranges: &BlockGrid<[f32; 2]>,
+        fine: &BlockGrid<u8>,
+        piece: impl Fn(f32, f32) -> u8 + Sync,
+    ) -> BlockGrid<u8> {
+        let dimensions = ranges.dimensions;
+        let mut blocks = vec![0; ranges.blocks.len()];
+        blocks.par_chunks_mut(dimensions.x as usize).enumerate().for_each(|(row, out)| {
+            let (y, z) = (row as u32 % dimensions.y, row as u32 / dimensions.y);
+            let wholes = &fine.blocks[fine.index(UVec3::new(0, y / 2, z / 2))..];
+            let ranges = &ranges.blocks[row * dimensions.x as usize..];
+            for ((out, ranges), whole) in out.chunks_mut(2).zip(ranges.chunks(2)).zip(wholes) {
+                for (out, &[lo, hi]) in out.iter_mut().zip(ranges) {
+                    *out = if whole & cast_piece::PARTLY == 0 { *whole } else { piece(lo, hi) };
+                }
+            }
+        });
+        BlockGrid { dimensions, blocks }
     }
 }
 
@@ -114,7 +139,7 @@ impl Classification {
         let ranges = volume.ranges();
         let isovalues: Vec<f64> = settings.iso.iter().map(|v| source.rescale().stored_level(*v)).collect();
         let skipping = settings.space_skipping != SpaceSkipping::Off;
-        let blocks = BlockMap::new(ranges, |lo, hi| match settings.mode {
+        let blocks = BlockMap::new(volume, |lo, hi| match settings.mode {
             Mode::Composite if skipping && !table.visible(lo, hi) => 0,
             Mode::Composite if table.all_visible(lo, hi) => cast_piece::VISIBLE,
             _ => cast_piece::VISIBLE | cast_piece::PARTLY,

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::{ImageInterpolation, RenderSettings, Scene};
-use cutaway_core::value_ranges::ValueRanges;
+use cutaway_core::value_ranges::{BLOCK, BlockGrid, ValueRanges};
 use cutaway_core::volume::{Volume, Voxels};
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -49,6 +49,8 @@ pub enum CpuError {
 #[derive(Debug)]
 pub struct CpuVolume {
     ranges: ValueRanges,
+    /// Least and greatest stored number in blocks of half the edge.
+    halves: BlockGrid<[f32; 2]>,
     bricks: OnceLock<Option<Voxels>>,
     normals: OnceLock<Vec<u32>>,
 }
@@ -57,6 +59,11 @@ impl CpuVolume {
     /// Value ranges of the volume's blocks.
     pub fn ranges(&self) -> &ValueRanges {
         &self.ranges
+    }
+
+    /// Least and greatest stored number in blocks of [`BLOCK`] / 2 cells a side.
+    pub(crate) fn halves(&self) -> &BlockGrid<[f32; 2]> {
+        &self.halves
     }
 
     /// The voxels in bricks; none where those would be too many to address.
@@ -133,8 +140,11 @@ impl CpuRenderer {
         if u32::try_from(voxels).is_err() {
             return Err(CpuError::TooLarge { voxels });
         }
-        let ranges = self.pool.install(|| ValueRanges::new(volume));
-        Ok(CpuVolume { ranges, bricks: OnceLock::new(), normals: OnceLock::new() })
+        let (ranges, halves) = self.pool.install(|| {
+            let halves = BlockGrid::of_values(volume, BLOCK / 2);
+            (ValueRanges::from_halves(&halves), halves)
+        });
+        Ok(CpuVolume { ranges, halves, bricks: OnceLock::new(), normals: OnceLock::new() })
     }
 
     /// Classifies a prepared volume; see [`Classification`].

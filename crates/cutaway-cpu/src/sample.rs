@@ -20,22 +20,13 @@ pub(crate) trait LaneVoxel: PackedVoxel + Send + Sync + 'static {
         offsets: [u32; N],
     ) -> [[S::f32s; 2]; N];
 
-    /// The four voxels that begin at `i + offset`, for each offset: two pairs, unless one word holds them.
-    #[inline(always)]
+    /// The four voxels that begin at `i + offset`, for each offset, with one load each.
     fn fours<S: Simd, const N: usize>(
         source: LaneSource<'_, Self>,
         simd: S,
         i: S::u32s,
         offsets: [u32; N],
-    ) -> [[S::f32s; 4]; N] {
-        let (first, second) =
-            (Self::pairs(source, simd, i, offsets), Self::pairs(source, simd, i + 2, offsets));
-        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
-        for k in 0..N {
-            out[k] = [first[k][0], first[k][1], second[k][0], second[k][1]];
-        }
-        out
-    }
+    ) -> [[S::f32s; 4]; N];
 }
 
 impl LaneVoxel for u8 {
@@ -86,6 +77,22 @@ impl LaneVoxel for u16 {
         }
         out
     }
+
+    #[inline(always)]
+    fn fours<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 4]; N] {
+        let words = source.long_words::<S, N, 2>(simd, i, offsets);
+        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
+        for (out, [low, high]) in out.iter_mut().zip(words) {
+            let first = [to_float::<S>(low & 0xffff), to_float::<S>(low >> 16)];
+            *out = [first[0], first[1], to_float::<S>(high & 0xffff), to_float::<S>(high >> 16)];
+        }
+        out
+    }
 }
 
 impl LaneVoxel for f32 {
@@ -96,10 +103,25 @@ impl LaneVoxel for f32 {
         i: S::u32s,
         offsets: [u32; N],
     ) -> [[S::f32s; 2]; N] {
-        let (first, second) = (source.words(simd, i, offsets), source.words(simd, i + 1, offsets));
+        let words = source.long_words::<S, N, 2>(simd, i, offsets);
         let mut out = [[S::f32s::splat(simd, 0.0); 2]; N];
-        for k in 0..N {
-            out[k] = [first[k].bitcast(), second[k].bitcast()];
+        for (out, [a, b]) in out.iter_mut().zip(words) {
+            *out = [a.bitcast(), b.bitcast()];
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn fours<S: Simd, const N: usize>(
+        source: LaneSource<'_, Self>,
+        simd: S,
+        i: S::u32s,
+        offsets: [u32; N],
+    ) -> [[S::f32s; 4]; N] {
+        let words = source.long_words::<S, N, 4>(simd, i, offsets);
+        let mut out = [[S::f32s::splat(simd, 0.0); 4]; N];
+        for (out, [a, b, c, d]) in out.iter_mut().zip(words) {
+            *out = [a.bitcast(), b.bitcast(), c.bitcast(), d.bitcast()];
         }
         out
     }
@@ -111,6 +133,10 @@ fn to_float<S: Simd>(v: S::u32s) -> S::f32s {
     let signed: S::i32s = v.bitcast();
     signed.to_float()
 }
+
+/// Bytes of voxels of which those that a view shows are likely to stay in the caches: asking ahead for 32 MiB takes more
+/// time than it saves.
+const NEAR: usize = 48 << 20;
 
 /// A volume's voxels and the shape that addresses them.
 #[derive(Clone, Copy)]
@@ -133,10 +159,10 @@ pub(crate) struct CellPosition<S: Simd> {
 }
 
 impl<S: Simd> CellPosition<S> {
-    /// The index of each cell's first voxel.
+    /// The position within each cell.
     #[inline(always)]
-    pub(crate) fn index(&self) -> S::u32s {
-        self.index
+    pub(crate) fn fraction(&self) -> [S::f32s; 3] {
+        self.fraction
     }
 }
 
@@ -181,6 +207,19 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
         self.strides
     }
 
+    /// Whether the voxels are more than stay in a processor's caches from frame to frame.
+    pub(crate) fn is_far(&self) -> bool {
+        self.voxels.bytes() > NEAR
+    }
+
+    /// Has what samples at located positions read on its way to the caches.
+    #[inline(always)]
+    pub(crate) fn prefetch<S: Simd>(&self, simd: S, at: &CellPosition<S>) {
+        let (row, plane) = self.strides();
+        let i = at.index - (plane + row);
+        self.voxels.prefetch(simd, i, [row, plane, 2 * plane + 2 * row, 2 * plane + 3 * row]);
+    }
+
     /// The field at located positions.
     #[inline(always)]
     pub(crate) fn value<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> S::f32s {
@@ -202,72 +241,97 @@ impl<'a, T: LaneVoxel> Grid<'a, T> {
         simd: S,
         at: &CellPosition<S>,
     ) -> (S::f32s, [S::f32s; 3]) {
+        let rows = self.rows(simd, at);
+        (rows.value(at.fraction), self.gradient(simd, at, &rows))
+    }
+
+    /// The cell's four edges along x, longer by a voxel at both ends: what the field depends on, and with it most of what
+    /// its gradient does.
+    #[inline(always)]
+    pub(crate) fn rows<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> Rows<S> {
         let [nx, ny, nz] = self.dimensions;
         let [x, y, z] = at.cell;
         let interior = |c: S::u32s, n: u32| (c - 1).simd_lt(n.saturating_sub(3));
         // Bricks hold what lies beyond the border.
         let inside =
             self.bricks.is_some() || (interior(x, nx) & interior(y, ny) & interior(z, nz)).all_true();
-        let voxels =
-            if inside { self.neighbourhood(simd, at) } else { self.neighbourhood_at_border(simd, at) };
-        voxels.value_and_gradient(at.fraction)
+        let voxels = if inside { self.rows_inside(simd, at) } else { self.rows_at_border(simd, at) };
+        Rows { voxels, inside }
+    }
+
+    /// Twice the gradient where rows were read.
+    #[inline(always)]
+    pub(crate) fn gradient<S: Simd>(&self, simd: S, at: &CellPosition<S>, rows: &Rows<S>) -> [S::f32s; 3] {
+        let beside = if rows.inside { self.beside_inside(simd, at) } else { self.beside_at_border(simd, at) };
+        rows.gradient(&beside, at.fraction)
     }
 
     #[inline(always)]
-    fn neighbourhood<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> Neighbourhood<S> {
+    fn rows_inside<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [[S::f32s; 4]; 4] {
         let (row, plane) = self.strides();
-        // Offsets are from the voxel a plane, a row and a voxel before the cell's first.
-        let i = at.index - (plane + row + 1);
-        let core = plane + row;
-        let long = T::fours(self.voxels, simd, i, [core, core + row, core + plane, core + plane + row]);
-        let core = core + 1;
-        let short = T::pairs(
-            self.voxels,
-            simd,
-            i,
-            [
-                core - row,
-                core + 2 * row,
-                core + plane - row,
-                core + plane + 2 * row,
-                core - plane,
-                core - plane + row,
-                core + 2 * plane,
-                core + 2 * plane + row,
-            ],
-        );
-        Neighbourhood { long, short }
+        T::fours(self.voxels, simd, at.index - 1, [0, row, plane, plane + row])
     }
 
-    /// The same where some lane's cell touches the border: the voxels outside are those of the border.
     #[inline(always)]
-    fn neighbourhood_at_border<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> Neighbourhood<S> {
-        let [nx, ny, nz] = self.dimensions;
-        let [x, y, z] = at.cell;
+    fn beside_inside<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [[S::f32s; 2]; 8] {
+        let (row, plane) = self.strides();
+        // Offsets are from the voxel a plane and a row before the cell's first.
+        let core = plane + row;
+        let offsets = [
+            core - row,
+            core + 2 * row,
+            core + plane - row,
+            core + plane + 2 * row,
+            core - plane,
+            core - plane + row,
+            core + 2 * plane,
+            core + 2 * plane + row,
+        ];
+        T::pairs(self.voxels, simd, at.index - core, offsets)
+    }
+
+    /// The rows where some lane's cell touches the border: the voxels outside are those of the border.
+    #[inline(always)]
+    fn rows_at_border<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [[S::f32s; 4]; 4] {
+        let (nx, x) = (self.dimensions[0], at.cell[0]);
         let (row, plane) = self.strides();
         // Distances to the voxel before the cell and to the one after it, 0 at the border.
         let (down_x, up_x) = (down::<S>(simd, x, 1), up::<S>(simd, x, nx - 2, 1));
+        let mut rows = [[S::f32s::splat(simd, 0.0); 4]; 4];
+        for (out, offset) in rows.iter_mut().zip([0, row, plane, plane + row]) {
+            let i = at.index + offset;
+            let ([before, _], [a, b], [_, after]) =
+                (self.pair(simd, i - down_x), self.pair(simd, i), self.pair(simd, i + up_x));
+            *out = [before, a, b, after];
+        }
+        rows
+    }
+
+    /// What is beside the rows where some lane's cell touches the border.
+    #[inline(always)]
+    fn beside_at_border<S: Simd>(&self, simd: S, at: &CellPosition<S>) -> [[S::f32s; 2]; 8] {
+        let [_, ny, nz] = self.dimensions;
+        let [_, y, z] = at.cell;
+        let (row, plane) = self.strides();
         let (down_y, up_y) = (down::<S>(simd, y, row), up::<S>(simd, y, ny - 2, row));
         let (down_z, up_z) = (down::<S>(simd, z, plane), up::<S>(simd, z, nz - 2, plane));
-        let pair = |i: S::u32s| T::pairs(self.voxels, simd, i, [0])[0];
         let (i00, i10) = (at.index, at.index + row);
         let (i01, i11) = (at.index + plane, at.index + (plane + row));
-        let mut long = [[S::f32s::splat(simd, 0.0); 4]; 4];
-        for (long, i) in long.iter_mut().zip([i00, i10, i01, i11]) {
-            let ([before, _], [a, b], [_, after]) = (pair(i - down_x), pair(i), pair(i + up_x));
-            *long = [before, a, b, after];
-        }
-        let short = [
-            pair(i00 - down_y),
-            pair(i10 + up_y),
-            pair(i01 - down_y),
-            pair(i11 + up_y),
-            pair(i00 - down_z),
-            pair(i10 - down_z),
-            pair(i01 + up_z),
-            pair(i11 + up_z),
-        ];
-        Neighbourhood { long, short }
+        [
+            self.pair(simd, i00 - down_y),
+            self.pair(simd, i10 + up_y),
+            self.pair(simd, i01 - down_y),
+            self.pair(simd, i11 + up_y),
+            self.pair(simd, i00 - down_z),
+            self.pair(simd, i10 - down_z),
+            self.pair(simd, i01 + up_z),
+            self.pair(simd, i11 + up_z),
+        ]
+    }
+
+    #[inline(always)]
+    fn pair<S: Simd>(&self, simd: S, i: S::u32s) -> [S::f32s; 2] {
+        T::pairs(self.voxels, simd, i, [0])[0]
     }
 }
 
@@ -440,23 +504,40 @@ fn taps<S: Simd>(f: S::f32s) -> Taps<S> {
     }
 }
 
-/// The voxels around a cell that its field and gradient depend on.
-struct Neighbourhood<S: Simd> {
-    /// The cell's four edges along x, each with the voxel before and after it: `(y, z)` 00, 10, 01, 11.
-    long: [[S::f32s; 4]; 4],
-    /// The edges beside them: before and after the cell along y, for z 0 and 1; before it along z, for y 0 and 1; after it.
-    short: [[S::f32s; 2]; 8],
+/// A cell's four edges along x, each with the voxel before and after it: `(y, z)` 00, 10, 01, 11.
+pub(crate) struct Rows<S: Simd> {
+    voxels: [[S::f32s; 4]; 4],
+    /// Whether no lane's cell touches the border.
+    inside: bool,
 }
 
-impl<S: Simd> Neighbourhood<S> {
+impl<S: Simd> Rows<S> {
+    /// The values on the cell's edges along x.
     #[inline(always)]
-    fn value_and_gradient(&self, [fx, fy, fz]: [S::f32s; 3]) -> (S::f32s, [S::f32s; 3]) {
-        let value = |[_, a, b, _]: [S::f32s; 4]| lerp::<S>(a, b, fx);
+    fn on_edges(&self, fx: S::f32s) -> [S::f32s; 4] {
+        let mut values = [fx; 4];
+        for (value, [_, a, b, _]) in values.iter_mut().zip(self.voxels) {
+            *value = lerp::<S>(a, b, fx);
+        }
+        values
+    }
+
+    /// The field.
+    #[inline(always)]
+    pub(crate) fn value(&self, [fx, fy, fz]: [S::f32s; 3]) -> S::f32s {
+        let [v00, v10, v01, v11] = self.on_edges(fx);
+        lerp::<S>(lerp::<S>(v00, v10, fy), lerp::<S>(v01, v11, fy), fz)
+    }
+
+    /// Twice its gradient, with the edges beside these: before and after the cell along y, for z 0 and 1; before it along z,
+    /// for y 0 and 1; after it.
+    #[inline(always)]
+    fn gradient(&self, beside: &[[S::f32s; 2]; 8], [fx, fy, fz]: [S::f32s; 3]) -> [S::f32s; 3] {
         let along = |[before, a, b, after]: [S::f32s; 4]| lerp::<S>(b - before, after - a, fx);
-        let [l00, l10, l01, l11] = self.long;
-        let (v00, v10, v01, v11) = (value(l00), value(l10), value(l01), value(l11));
+        let [l00, l10, l01, l11] = self.voxels;
+        let [v00, v10, v01, v11] = self.on_edges(fx);
         let gx = lerp::<S>(lerp::<S>(along(l00), along(l10), fy), lerp::<S>(along(l01), along(l11), fy), fz);
-        let [before_0, after_0, before_1, after_1, under_0, under_1, over_0, over_1] = self.short;
+        let [before_0, after_0, before_1, after_1, under_0, under_1, over_0, over_1] = *beside;
         let y0 = lerp::<S>(v10 - edge::<S>(before_0, fx), edge::<S>(after_0, fx) - v00, fy);
         let y1 = lerp::<S>(v11 - edge::<S>(before_1, fx), edge::<S>(after_1, fx) - v01, fy);
         let gy = lerp::<S>(y0, y1, fz);
@@ -464,7 +545,7 @@ impl<S: Simd> Neighbourhood<S> {
         let over = lerp::<S>(edge::<S>(over_0, fx), edge::<S>(over_1, fx), fy);
         let (near, far) = (lerp::<S>(v00, v10, fy), lerp::<S>(v01, v11, fy));
         let gz = lerp::<S>(far - under, over - near, fz);
-        (lerp::<S>(near, far, fz), [gx, gy, gz])
+        [gx, gy, gz]
     }
 }
 

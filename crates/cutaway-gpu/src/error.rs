@@ -136,6 +136,9 @@ pub enum GpuError {
         /// How many fit.
         most: u64,
     },
+    /// Whoever asked for the frame wants it no more.
+    #[error("the frame was given up before it was finished")]
+    Cancelled,
     /// The driver refused what should be right: a fault of ours, or of the driver.
     #[error("the GPU refused {what}: {reason}")]
     Refused {

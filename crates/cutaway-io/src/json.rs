@@ -1,11 +1,10 @@
-//! Scene files and transfer functions as JSON.
+//! Scene files as JSON.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cutaway_core::scene::{SceneFile, TransferFunctionFile};
-use cutaway_core::transfer_function::{TransferFunction, TransferFunctionError};
+use cutaway_core::scene::SceneFile;
 use serde::de::DeserializeOwned;
 
 /// The largest JSON file that is read: a transfer function of 65536 points takes a tenth of it.
@@ -41,27 +40,11 @@ pub enum JsonError {
         /// Where and why.
         error: serde_json::Error,
     },
-    /// The points do not make a transfer function.
-    #[error("{}: {error}", path.display())]
-    Function {
-        /// The file.
-        path: PathBuf,
-        /// Which point, and why.
-        error: TransferFunctionError,
-    },
 }
 
 /// Reads a scene file. Paths in it are relative to its folder.
 pub fn read_scene(path: &Path) -> Result<SceneFile, JsonError> {
     read(path, "a scene file")
-}
-
-/// Reads a transfer function and the unit distance of its opacities, if it states one.
-pub fn read_transfer_function(path: &Path) -> Result<(TransferFunction, Option<f64>), JsonError> {
-    let file: TransferFunctionFile = read(path, "a transfer function")?;
-    let function = TransferFunction::new(file.points);
-    let function = function.map_err(|error| JsonError::Function { path: path.to_owned(), error })?;
-    Ok((function, file.unit_distance))
 }
 
 fn read<T: DeserializeOwned>(path: &Path, what: &'static str) -> Result<T, JsonError> {
@@ -89,18 +72,16 @@ mod tests {
         let file = written("{ \"volume\": \"a\",\n  \"camra\": {} }");
         let error = read_scene(file.path()).unwrap_err().to_string();
         assert!(error.contains("`camra`") && error.contains("line 2"), "{error}");
-        let file = written(r#"{ "points": [ { "value": 1, "color": [0, 0, 2], "opacity": 0 } ] }"#);
-        let error = read_transfer_function(file.path()).unwrap_err().to_string();
-        assert!(error.contains("point 0") && error.contains("color is 2"), "{error}");
         assert!(read_scene(Path::new("/nowhere/at/all.json")).is_err());
     }
 
     #[test]
     fn every_truncation_is_refused() {
-        let whole = r#"{"unit_distance": 2, "points": [{"value": 1, "color": [0, 0, 1], "opacity": 0.5}]}"#;
+        let whole = r#"{"volume": "a", "transfer_function": {"unit_distance": 2, "points": [
+            {"value": 1, "color": [0, 0, 1], "opacity": 0.5}]}}"#;
         for end in 0..whole.len() {
-            assert!(read_transfer_function(written(&whole[..end]).path()).is_err(), "{end}");
+            assert!(read_scene(written(&whole[..end]).path()).is_err(), "{end}");
         }
-        assert!(read_transfer_function(written(whole).path()).is_ok());
+        assert!(read_scene(written(whole).path()).is_ok());
     }
 }

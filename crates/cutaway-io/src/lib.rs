@@ -11,5 +11,7 @@ pub mod limits;
 pub mod mesh;
 pub mod patches;
 pub mod samples;
+pub mod solids;
 pub mod tetrahedra;
+pub mod transfer_function;
 pub mod volume;

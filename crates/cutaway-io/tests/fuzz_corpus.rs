@@ -53,3 +53,8 @@ fn patches() {
 fn tetrahedra() {
     replay("tetrahedra", bodies::tetrahedra);
 }
+
+#[test]
+fn transfer_function() {
+    replay("transfer_function", bodies::transfer_function);
+}

@@ -12,7 +12,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cutaway-cpu", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-gpu", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway", &["cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu", "cutaway-gpu"]),
-    ("cutaway-cli", LIBRARIES),
+    (
+        "cutaway-cli",
+        &[
+            "cutaway",
+            "cutaway-app",
+            "cutaway-core",
+            "cutaway-mesh",
+            "cutaway-io",
+            "cutaway-cpu",
+            "cutaway-gpu",
+        ],
+    ),
     ("cutaway-app", LIBRARIES),
     ("cutaway-py", LIBRARIES),
 ];

@@ -9,12 +9,13 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use cutaway_core::clip::{Clip, ClipFile, ClipShading, Node, Pose};
-use cutaway_core::glam::{DAffine3, DVec3};
+use cutaway_core::clip::{self, Clip, ClipFile, ClipShading, FitError, Node, Pose};
+use cutaway_core::glam::DAffine3;
 use cutaway_core::scene::{RenderSettings, SceneFile};
 use cutaway_core::volume::Volume;
 
 pub(crate) use args::{ClipArgs, Step};
+use cutaway_io::solids::source_of_file;
 use solids::Solids;
 
 use crate::load::path_in_scene;
@@ -156,7 +157,7 @@ fn operand(option: &str, name: &OsStr) -> anyhow::Result<ClipFile> {
     }
     match name.to_str() {
         Some("") => Err(wrong_use(format!("{option} is empty; give a file or a shape"))),
-        Some(path) => Ok(Node::Leaf(solids::source_of_file(path.to_owned())).into()),
+        Some(path) => Ok(Node::Leaf(source_of_file(path.to_owned())).into()),
         None => {
             let name = name.display();
             Err(anyhow!("{name}: clip expressions hold names in Unicode only; rename the file"))
@@ -187,33 +188,12 @@ fn fit(object: &ClipFile, done: &DAffine3, volume: &Volume, solids: &mut Solids)
     let Node::Leaf(source) = &object.node else { return Ok(DAffine3::IDENTITY) };
     let bounds = source.solid(&mut |external| solids.load(external))?.bounds();
     let posed = *done * *object.pose.world_from_object();
-    let corners = corners(bounds).map(|p| posed.transform_point3(p));
-    let [min, max] = extremes(&corners);
-    let (size, room) = (max - min, extremes(&volume.corners_in_world()));
-    if !size.is_finite() {
-        return Err(wrong_use("--clip-pose: a half-space has no size that could be fitted; leave out `fit`"));
-    }
-    // A flat object has a size of 0 along an axis: the others decide.
-    let factor = ((room[1] - room[0]) / size).min_element();
-    if !(factor > 0.0 && factor.is_finite()) {
-        return Err(anyhow!(
-            "--clip-pose: the object has no size that could be fitted to the volume's; leave out `fit`"
-        ));
-    }
-    let center = 0.5 * (room[0] + room[1]);
-    Ok(DAffine3::from_translation(center)
-        * DAffine3::from_scale(DVec3::splat(factor))
-        * DAffine3::from_translation(-0.5 * (min + max)))
-}
-
-fn corners([min, max]: [DVec3; 2]) -> [DVec3; 8] {
-    std::array::from_fn(|i| DVec3::from_array(std::array::from_fn(|axis| [min, max][i >> axis & 1][axis])))
-}
-
-fn extremes(points: &[DVec3]) -> [DVec3; 2] {
-    let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let [min, max] = points.iter().fold([low, high], |[min, max], p| [min.min(*p), max.max(*p)]);
-    [min, max]
+    let points = clip::box_corners(bounds).map(|p| posed.transform_point3(p));
+    clip::fit(&points, &volume.corners_in_world()).map_err(|error| {
+        let message = format!("--clip-pose: {error}; leave out `fit`");
+        // Wrong use where no file or volume could make it right.
+        if error == FitError::Endless { wrong_use(message) } else { anyhow!(message) }
+    })
 }
 
 #[cfg(test)]

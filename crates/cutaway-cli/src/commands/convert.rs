@@ -1,8 +1,9 @@
-//! `cutaway convert`: a mesh in another format, closed or as it is; spline patches as triangles.
+//! `cutaway convert`: a mesh in another format, closed or as it is; spline patches as triangles; transfer functions.
 
 use anyhow::Context;
 use cutaway_io::mesh::{MeshFormat, MeshReadOptions, read_mesh, recognize, write_mesh};
 use cutaway_io::patches;
+use cutaway_io::transfer_function::{self, FunctionFormat, read_transfer_function, write_transfer_function};
 use cutaway_io::volume;
 use cutaway_mesh::patches::Tessellation;
 use cutaway_mesh::{RepairOptions, TriangleMesh, repair};
@@ -13,6 +14,11 @@ use crate::report::{Verbosity, wrong_use};
 
 pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<()> {
     let verbosity = Verbosity::new(args.quiet, false);
+    // A damaged function is still none of a mesh where the output is to be one.
+    if transfer_function::recognize(&args.input).is_some() || FunctionFormat::of_name(&args.output).is_some()
+    {
+        return convert_function(args, verbosity);
+    }
     refuse_volumes(args)?;
     MeshFormat::to_write(&args.output).map_err(|error| wrong_use(error.to_string()))?;
     let mut outputs = Outputs::default();
@@ -36,6 +42,36 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<()> {
         loaded
     };
     Ok(write_mesh(&args.output, &mesh)?)
+}
+
+/// A transfer function in another format.
+fn convert_function(args: &ConvertArgs, verbosity: Verbosity) -> anyhow::Result<()> {
+    let of_meshes = [
+        ("--repair", args.repair),
+        ("--weld-tolerance", args.weld_tolerance.is_some()),
+        ("--tolerance", args.tolerance.is_some()),
+    ];
+    if let Some((option, _)) = of_meshes.into_iter().find(|(_, given)| *given) {
+        return Err(wrong_use(format!(
+            "{option} is for meshes; transfer functions have nothing of the kind"
+        )));
+    }
+    if FunctionFormat::of_name(&args.output).is_none() {
+        return Err(wrong_use(format!(
+            "{}: {} is a transfer function; expected a name that ends in .json (cutaway), .pv.json (ParaView), .vp or .vp.json (Slicer)",
+            args.output.display(),
+            args.input.display()
+        )));
+    }
+    let mut outputs = Outputs::default();
+    outputs.file("the output", &args.output)?;
+    outputs.input(&args.input);
+    outputs.check()?;
+    let loaded = read_transfer_function(&args.input)?;
+    loaded.notices.iter().for_each(|notice| verbosity.notice(notice));
+    let notices = write_transfer_function(&args.output, &loaded.value)?;
+    notices.iter().for_each(|notice| verbosity.notice(notice));
+    Ok(())
 }
 
 /// A mesh, or the triangles of spline patches.

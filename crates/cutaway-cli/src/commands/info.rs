@@ -1,12 +1,12 @@
-//! `cutaway info`: what a volume file is; meshes and GPUs have files of their own.
+//! `cutaway info`: what a volume file is; meshes, transfer functions and GPUs have files of their own.
 
 use cutaway_core::histogram::Histogram;
 use cutaway_core::volume::{Volume, Voxels};
 use serde::Serialize;
 
-use super::{gpu_info, mesh_info, tetrahedra_info};
+use super::{function_info, gpu_info, mesh_info, tetrahedra_info};
 use crate::args::InfoArgs;
-use crate::load::{from_argument, is_mesh};
+use crate::load::{from_argument, function_format, is_mesh};
 use crate::report;
 use crate::values::shown;
 
@@ -46,6 +46,9 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
         Some(file) => file,
         None => return gpu_info::run(args.json),
     };
+    if let Some(format) = function_format(file, &args.raw) {
+        return function_info::run(file.as_ref(), format, args.json);
+    }
     if is_mesh(file, &args.raw) {
         return mesh_info::run(file.as_ref(), args.json);
     }

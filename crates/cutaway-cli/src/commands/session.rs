@@ -113,7 +113,7 @@ impl From<reference::Statistics> for Counts {
 }
 
 enum Running {
-    Cpu { renderer: CpuRenderer, volume: CpuVolume, classification: Box<Classification> },
+    Cpu { renderer: CpuRenderer, volume: Box<CpuVolume>, classification: Box<Classification> },
     Raycast(Box<OnGpu>),
     Cells(Box<InCells>),
     Slices(Box<Sliced>),
@@ -304,7 +304,7 @@ impl CpuChoice {
     fn start(self, scene: &Scene) -> anyhow::Result<Started> {
         let started = Instant::now();
         let renderer = CpuRenderer::new(self.threads, simd(self.simd))?;
-        let volume = renderer.prepare(scene.volume())?;
+        let volume = Box::new(renderer.prepare(scene.volume())?);
         let prepare_ms = milliseconds(started);
         let classified = Instant::now();
         let classification = Box::new(renderer.classify(&volume, scene));

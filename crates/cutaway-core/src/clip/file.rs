@@ -60,6 +60,15 @@ pub enum ExternalSolid<'a> {
     },
 }
 
+impl<'a> ExternalSolid<'a> {
+    /// The path, as the tree has it.
+    pub fn path(&self) -> &'a str {
+        match self {
+            Self::Mesh { path } | Self::Patches { path, .. } => path,
+        }
+    }
+}
+
 /// What makes solids of files.
 pub type LoadSolid<'a, E> = dyn FnMut(ExternalSolid<'_>) -> Result<Arc<dyn Solid>, E> + 'a;
 
@@ -68,6 +77,15 @@ impl ClipSource {
     pub fn path_mut(&mut self) -> Option<&mut String> {
         match self {
             Self::Mesh { path } | Self::Patches { path, .. } => Some(path),
+            _ => None,
+        }
+    }
+
+    /// What lies in a file of its own.
+    pub fn external(&self) -> Option<ExternalSolid<'_>> {
+        match self {
+            Self::Mesh { path } => Some(ExternalSolid::Mesh { path }),
+            Self::Patches { path, tolerance } => Some(ExternalSolid::Patches { path, tolerance: *tolerance }),
             _ => None,
         }
     }

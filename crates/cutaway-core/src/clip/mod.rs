@@ -13,6 +13,7 @@
 mod event;
 mod file;
 mod finding;
+mod fit;
 mod flat;
 mod pose;
 mod shading;
@@ -25,6 +26,7 @@ mod tree;
 pub use event::{Crossing, Event, Solid};
 pub use file::{ClipFile, ClipSource, ExternalSolid, LoadSolid};
 pub use finding::{BufferDepth, ClipEvents, ClipEventsHome};
+pub use fit::{FitError, box_corners, extremes, fit};
 pub use flat::{FlatClip, FlatGate, FlatLeaf, FlatWire};
 pub use pose::{Pose, PoseError};
 pub use shading::{ClipShading, Impregnation, SegmentCount};

@@ -36,6 +36,9 @@ struct Half<S: Simd> {
 /// Samples after which a stretch is left if every lane is opaque.
 const CHECK_EVERY: u32 = 4;
 
+/// Voxels along the axis that rays follow from one place to the next whose voxels are asked for ahead.
+const LOOK_AHEAD_EVERY: f32 = 2.5;
+
 /// Visible samples in a row after which the next is expected to be visible, too. Asking for everything at once saves a
 /// quarter of a visible sample and makes an invisible one several times dearer.
 const LONG_RUN: u32 = 4;
@@ -46,6 +49,9 @@ pub(super) trait StretchCaster {
     fn margin(&self) -> u32 {
         0
     }
+
+    /// Has the voxels of a stretch on their way before it is taken.
+    fn look_ahead<S: Simd>(&self, _simd: S, _packet: &Packet<S>, _stretch: Stretch) {}
 
     /// Takes them; returns how many those are, and whether any ray is still open.
     fn stretch<S: Simd>(
@@ -127,6 +133,8 @@ fn march<S: Simd>(
         &kernel.classification.blocks,
         caster.margin(),
         #[inline(always)]
+        |packet, stretch| caster.look_ahead(simd, packet, stretch),
+        #[inline(always)]
         |packet, sum, stretch, pieces| {
             runs += 1;
             let (taken, open) = caster.stretch(simd, packet, sum, stretch, pieces);
@@ -154,6 +162,17 @@ impl<'a, T: LaneVoxel> Caster<'a, T> {
 }
 
 impl<T: LaneVoxel> StretchCaster for Caster<'_, T> {
+    #[inline(always)]
+    fn look_ahead<S: Simd>(&self, simd: S, packet: &Packet<S>, stretch: Stretch) {
+        if self.grid.is_far() {
+            let every = (LOOK_AHEAD_EVERY / packet.bounds.stride[1]).max(1.0) as usize;
+            for j in (stretch.begin..stretch.end).step_by(every) {
+                let at = self.grid.locate(simd, packet.position(S::f32s::splat(simd, j as f32 + 0.5)));
+                self.grid.prefetch(simd, &at);
+            }
+        }
+    }
+
     #[inline(always)]
     fn stretch<S: Simd>(
         &self,
@@ -271,7 +290,10 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
             (middle, length, open & length.simd_gt(0.0))
         };
         let taken = open.to_bitmask().count_ones();
-        let Some((color, alpha)) = self.looks(simd, middle, sum.run >= LONG_RUN) else {
+        if taken == 0 {
+            return 0;
+        }
+        let Some((color, alpha)) = self.looks(simd, middle, open, sum.run >= LONG_RUN) else {
             sum.run = 0;
             return taken;
         };
@@ -291,35 +313,49 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
         taken
     }
 
-    /// Lit colour and opacity of a whole step at `middle` steps along each ray; nothing where all of it is transparent.
+    /// Lit colour and opacity of a whole step at `middle` steps along each ray; nothing where the open rays see nothing.
     ///
-    /// Where something visible is likely everything is asked at once: field and gradient share their voxels, colour and
-    /// opacity their look-up. Elsewhere opacity is asked first. Either way there is one piece of code for what is visible:
-    /// twice of it would not fit the processor's nearest memory for code.
+    /// Where something visible is likely it comes at once: colour and opacity share their look-up. Elsewhere opacity is asked
+    /// first. Either way there is one piece of code for what is visible: twice of it would not fit the processor's nearest
+    /// memory for code.
     #[inline(always)]
-    fn looks(&self, simd: S, middle: S::f32s, likely: bool) -> Option<([S::f32s; 3], S::f32s)> {
-        let Caster { grid, opacities, colors, .. } = self.caster;
+    fn looks(
+        &self,
+        simd: S,
+        middle: S::f32s,
+        open: <S::f32s as SimdBase<S>>::Mask,
+        likely: bool,
+    ) -> Option<([S::f32s; 3], S::f32s)> {
+        let Caster { kernel, grid, colors, .. } = self.caster;
         let at = grid.locate(simd, self.packet.position(middle));
-        let mut index = at.index();
-        if !(likely && self.light.is_some()) {
-            index = self.caster.kernel.classification.table_index(simd, grid.value(simd, &at));
-            if !likely && !opacities.floats(simd, index).simd_gt(0.0).any_true() {
+        let Some((shading, light)) = &self.light else {
+            let index = kernel.classification.table_index(simd, grid.value(simd, &at));
+            if !likely && self.unseen(simd, open, index) {
                 return None;
             }
+            let [r, g, b, alpha] = colors.columns(simd, index);
+            return Some(([r, g, b], alpha));
+        };
+        // The field's voxels are most of the gradient's: they are read once, with what the gradient needs of their rows.
+        let rows = grid.rows(simd, &at);
+        let index = kernel.classification.table_index(simd, rows.value(at.fraction()));
+        if !likely && self.unseen(simd, open, index) {
+            return None;
         }
-        let mut lit = None;
-        if let Some((shading, light)) = &self.light {
-            let (value, gradient) = grid.value_and_gradient(simd, &at);
-            index = self.caster.kernel.classification.table_index(simd, value);
-            let mut terms = shading.terms(simd, light, gradient);
-            if let Some(face) = &self.packet.face {
-                let kind = self.caster.kernel.scene.clip_shading().impregnation;
-                terms = face.impregnate(simd, kind, middle - self.packet.first, terms);
-            }
-            lit = Some(terms);
+        let mut terms = shading.terms(simd, light, grid.gradient(simd, &at, &rows));
+        if let Some(face) = &self.packet.face {
+            let kind = kernel.scene.clip_shading().impregnation;
+            terms = face.impregnate(simd, kind, middle - self.packet.first, terms);
         }
         let [r, g, b, alpha] = colors.columns(simd, index);
-        Some((lit_by::<S>([r, g, b], lit), alpha))
+        Some((lit_by::<S>([r, g, b], Some(terms)), alpha))
+    }
+
+    /// Whether none of the open rays sees anything of these entries.
+    #[inline(always)]
+    fn unseen(&self, simd: S, open: <S::f32s as SimdBase<S>>::Mask, index: S::u32s) -> bool {
+        let visible = self.caster.opacities.floats(simd, index).simd_gt(0.0);
+        !(open & visible).any_true()
     }
 }
 

@@ -27,7 +27,8 @@ pub struct AdapterSummary {
 }
 
 impl AdapterSummary {
-    pub(super) fn of(adapter: &wgpu::Adapter) -> Self {
+    /// What there is to know of one.
+    pub fn of(adapter: &wgpu::Adapter) -> Self {
         let info = adapter.get_info();
         let driver = [info.driver, info.driver_info].join(" ").trim().to_owned();
         let software = info.device_type == wgpu::DeviceType::Cpu;

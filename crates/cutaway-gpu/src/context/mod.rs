@@ -65,19 +65,34 @@ impl Gpu {
     pub async fn open(options: &GpuOptions) -> Result<Self, GpuError> {
         let adapter = adapter::choose(&options.adapter).await?;
         let summary = AdapterSummary::of(&adapter);
-        let wanted = capabilities::optional_features() & adapter.features();
-        let limits = capabilities::limits(&adapter);
         capabilities::check(&summary, &adapter)?;
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("cutaway"),
-            required_features: wanted,
-            required_limits: limits,
-            ..wgpu::DeviceDescriptor::default()
-        };
         let (device, queue) = adapter
-            .request_device(&descriptor)
+            .request_device(&Self::descriptor(&adapter))
             .await
             .map_err(|e| GpuError::NoAdapter { reason: format!("{}: {e}", summary.name) })?;
+        Self::sharing(&adapter, device, queue, options)
+    }
+
+    /// What a device of this adapter is to be asked for, by whoever opens one to share it.
+    pub fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+        wgpu::DeviceDescriptor {
+            label: Some("cutaway"),
+            required_features: capabilities::optional_features() & adapter.features(),
+            required_limits: capabilities::limits(adapter),
+            ..wgpu::DeviceDescriptor::default()
+        }
+    }
+
+    /// Uses a device that somebody else opened, with [`Self::descriptor`], and goes on to draw with: a window's. Its errors
+    /// and its loss are heard here from now on.
+    pub fn sharing(
+        adapter: &wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        options: &GpuOptions,
+    ) -> Result<Self, GpuError> {
+        let summary = AdapterSummary::of(adapter);
+        capabilities::check(&summary, adapter)?;
         let lost = Arc::new(OnceLock::new());
         let tell = lost.clone();
         device.set_device_lost_callback(move |_, reason| {

@@ -11,6 +11,7 @@ mod sampling;
 mod targets;
 mod uniforms;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
@@ -33,7 +34,7 @@ use crate::volume::GpuVolume;
 pub use fetches::FetchCounts;
 #[cfg(test)]
 pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
-pub(crate) use finish::{Finisher, Lattice};
+pub(crate) use finish::{Finished, Finisher, Lattice};
 pub(crate) use pipelines::diffuse_curve;
 use pipelines::{Pipelines, Variant};
 pub(crate) use readback::read;
@@ -93,6 +94,23 @@ pub struct Extras<'a> {
     pub geometry: Option<&'a OpaqueGeometry>,
     /// Straight RGB, 0..=1, of the proxy geometry's edges, which are drawn where the image does not hide them.
     pub wireframe: Option<[f32; 3]>,
+    /// Once it is set, the frame ends between two tiles, as [`GpuError::Cancelled`].
+    pub cancel: Option<&'a AtomicBool>,
+}
+
+/// A frame that stays on the device.
+#[derive(Clone, Debug)]
+pub struct ShownFrame {
+    /// Premultiplied display values, `Rgba8Unorm`, to be bound by whoever draws windows with the same device.
+    pub texture: wgpu::Texture,
+    /// Bytes on the device: volume, ranges of blocks, tables, targets, clip.
+    pub gpu_bytes: u64,
+}
+
+/// What a frame took before it is read or shown.
+struct Drawn {
+    gpu_bytes: u64,
+    clip: ClipStatistics,
 }
 
 /// A volume made ready: on the device, and what is in its blocks.
@@ -235,6 +253,22 @@ impl RaycastRenderer {
         Ok((frame.fetches, frame.statistics))
     }
 
+    /// Renders a frame as [`Self::render_with`] does, for a window drawn with the same device: nothing is copied to the
+    /// host. Returns when it is there.
+    pub fn show(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+    ) -> Result<ShownFrame, GpuError> {
+        self.drawn(volume, classification, scene, extras, &|_| {}, |finished, drawn| {
+            let texture = self.finisher.show(&self.gpu, finished)?;
+            self.gpu.finish()?;
+            Ok(ShownFrame { texture, gpu_bytes: drawn.gpu_bytes })
+        })
+    }
+
     fn frame(
         &self,
         volume: &PreparedVolume,
@@ -243,6 +277,26 @@ impl RaycastRenderer {
         extras: &Extras,
         progress: &dyn Fn(f32),
     ) -> Result<readback::Read, GpuError> {
+        self.drawn(volume, classification, scene, extras, progress, |finished, drawn| {
+            let mut read = readback::read(&self.gpu, &finished.textures)?;
+            read.statistics.gpu_bytes = drawn.gpu_bytes;
+            read.statistics.clip = drawn.clip;
+            read.statistics.gpu_ms =
+                self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
+            Ok(read)
+        })
+    }
+
+    /// Draws a frame, for `take` to do something with it.
+    fn drawn<T>(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+        progress: &dyn Fn(f32),
+        take: impl FnOnce(&Finished, &Drawn) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
         debug_assert!(volume.voxels.is_of(scene));
         let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -274,11 +328,10 @@ impl RaycastRenderer {
             directions,
             segments,
         };
-        self.draw(&inputs, scene, &frame, &targets, progress)?;
+        self.draw(&inputs, scene, &frame, &targets, extras.cancel, progress)?;
         self.draw_extras(&found, extras, &targets)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
-        let mut read = readback::read(&self.gpu, &finished.textures)?;
-        read.statistics.gpu_bytes = volume.voxels.bytes()
+        let gpu_bytes = volume.voxels.bytes()
             + volume.ranges.bytes()
             + classification.bytes()
             + targets.bytes()
@@ -287,12 +340,10 @@ impl RaycastRenderer {
             + clip_layers.bytes()
             + proxy.map_or(0, |proxy| proxy.bytes())
             + ranges.as_ref().map_or(0, RangeTargets::bytes);
+        let taken = take(&finished, &Drawn { gpu_bytes, clip })?;
         *self.ranges.lock().unwrap_or_else(PoisonError::into_inner) = ranges;
         *kept = Some(targets);
-        read.statistics.clip = clip;
-        read.statistics.gpu_ms =
-            self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
-        Ok(read)
+        Ok(taken)
     }
 
     /// Draws meshes as the camera of a scene sees them, for [`Self::render_with`].
@@ -359,6 +410,7 @@ impl RaycastRenderer {
         scene: &Scene,
         frame: &FrameUniforms,
         targets: &Targets,
+        cancel: Option<&AtomicBool>,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
         let variant = Variant::of(scene, inputs, self.gpu.capabilities(), self.proxy_options.image_order);
@@ -371,6 +423,9 @@ impl RaycastRenderer {
         let tiles =
             tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
+            if cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
+                return Err(GpuError::Cancelled);
+            }
             self.gpu.checked("drawing a tile", || {
                 let mut encoder =
                     self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -387,6 +442,10 @@ impl RaycastRenderer {
                 }
                 self.gpu.queue().submit([encoder.finish()]);
             })?;
+            if cancel.is_some() {
+                // What is submitted cannot be called back: no tile waits behind another.
+                self.gpu.finish()?;
+            }
             progress((i + 1) as f32 / tiles.len() as f32);
         }
         Ok(())

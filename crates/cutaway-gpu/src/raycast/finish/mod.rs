@@ -13,7 +13,7 @@ use cutaway_core::scene::{ImageInterpolation, Mode, Scene};
 use super::targets::Targets;
 use crate::context::Gpu;
 use crate::error::GpuError;
-use passes::{Passes, texture};
+use passes::{Passes, SHOWN, texture};
 
 /// The linked shaders.
 pub(crate) const FILL_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_finish_fill.wgsl"));
@@ -97,6 +97,15 @@ impl Finisher {
             bytes += 32 * pixels;
         }
         Ok(Finished { textures: [colors, depths, counts], bytes })
+    }
+
+    /// A finished frame's colours as windows show them.
+    pub(crate) fn show(&self, gpu: &Gpu, finished: &Finished) -> Result<wgpu::Texture, GpuError> {
+        let colors = &finished.textures[0];
+        let size = [colors.width(), colors.height()];
+        let shown = gpu.checked("the image", || texture(gpu.device(), size, SHOWN))?;
+        self.passes.show(gpu, colors, &shown)?;
+        Ok(shown)
     }
 
     fn fill(

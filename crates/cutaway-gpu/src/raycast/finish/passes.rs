@@ -10,6 +10,7 @@ use crate::raycast::targets::tiles;
 pub(super) struct Passes {
     fill: Pass,
     blur: Pass,
+    show: Pass,
 }
 
 #[derive(Debug)]
@@ -17,6 +18,9 @@ struct Pass {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
 }
+
+/// What windows show: premultiplied display values of 8 bits.
+pub(super) const SHOWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// A texture that is drawn into, read by the next pass, and copied from.
 pub(super) fn texture(
@@ -56,6 +60,7 @@ impl Passes {
         Self {
             fill: Pass::new(device, FILL_SHADER, "fill_pixel", [uniform, pixels, pixels], &[color, depth]),
             blur: Pass::new(device, BLUR_SHADER, "blur_pixel", [uniform, pixels, weights], &[color]),
+            show: Pass::new(device, BLUR_SHADER, "blur_pixel", [uniform, pixels, weights], &[SHOWN]),
         }
     }
 
@@ -86,14 +91,13 @@ impl Passes {
         from: &wgpu::Texture,
         to: &wgpu::Texture,
     ) -> Result<(), GpuError> {
-        let group = gpu.checked("blurring", || {
-            let weights = gpu.buffer("weights", bytemuck::cast_slice(weights), wgpu::BufferUsages::STORAGE);
-            let blur = uniform(gpu, bytemuck::bytes_of(blur));
-            let sharp = view(from);
-            let sharp = wgpu::BindingResource::TextureView(&sharp);
-            self.blur.bind(gpu, [blur.as_entire_binding(), sharp, weights.as_entire_binding()])
-        })?;
-        self.blur.draw(gpu, "blurring", &group, &[to], 2.0 * weights.len() as f64)
+        self.blur.blur(gpu, "blurring", blur, weights, [from, to])
+    }
+
+    /// Copies colours into a texture of 8 bits: a blur of one pixel.
+    pub(super) fn show(&self, gpu: &Gpu, from: &wgpu::Texture, to: &wgpu::Texture) -> Result<(), GpuError> {
+        let blur = Blur { along: [1, 0], count: 1, reserved: 0 };
+        self.show.blur(gpu, "handing over the image", &blur, &[1.0], [from, to])
     }
 }
 
@@ -155,6 +159,24 @@ impl Pass {
             cache: None,
         });
         Self { layout, pipeline }
+    }
+
+    fn blur(
+        &self,
+        gpu: &Gpu,
+        what: &str,
+        blur: &Blur,
+        weights: &[f32],
+        [from, to]: [&wgpu::Texture; 2],
+    ) -> Result<(), GpuError> {
+        let group = gpu.checked(what, || {
+            let weights = gpu.buffer("weights", bytemuck::cast_slice(weights), wgpu::BufferUsages::STORAGE);
+            let blur = uniform(gpu, bytemuck::bytes_of(blur));
+            let sharp = view(from);
+            let sharp = wgpu::BindingResource::TextureView(&sharp);
+            self.bind(gpu, [blur.as_entire_binding(), sharp, weights.as_entire_binding()])
+        })?;
+        self.draw(gpu, what, &group, &[to], 2.0 * weights.len() as f64)
     }
 
     fn bind(&self, gpu: &Gpu, resources: [wgpu::BindingResource; 3]) -> wgpu::BindGroup {

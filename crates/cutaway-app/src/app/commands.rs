@@ -1,0 +1,126 @@
+//! What panels, menus and keys ask for, done.
+
+use std::path::{Path, PathBuf};
+
+use super::App;
+use super::export::Export;
+use super::jobs::{self, Done, solid_source};
+use crate::command::{Command, Purpose};
+use crate::command_line::command_line;
+use crate::document::scene_file;
+
+/// How many recent files are remembered.
+const MOST_RECENT: usize = 12;
+
+impl App {
+    /// Does everything that was asked for since the last frame.
+    pub(super) fn do_commands(&mut self, context: &egui::Context) {
+        for command in std::mem::take(&mut self.commands) {
+            match command {
+                Command::PickFile(purpose) => self.pick(purpose),
+                Command::UseFile(purpose, path) => self.use_file(purpose, &path),
+                Command::Report(line) => self.errors.push(line),
+                Command::Save => match self.document.as_ref().and_then(|d| d.path.clone()) {
+                    Some(path) => self.save_scene(&path),
+                    None => self.pick(Purpose::SaveScene),
+                },
+                Command::CopyCommandLine => self.copy_command_line(context),
+            }
+        }
+    }
+
+    fn pick(&mut self, purpose: Purpose) {
+        if !self.dialogs {
+            return;
+        }
+        let folder = self.folder();
+        self.jobs
+            .start(move || jobs::pick(purpose, folder.as_deref()).map(|path| Done::Picked(purpose, path)));
+    }
+
+    /// Where dialogs begin: beside what is open.
+    fn folder(&self) -> Option<PathBuf> {
+        let document = self.document.as_ref()?;
+        let volume = crate::document::load::path_of(&document.volume().source);
+        let file = document.path.as_deref().unwrap_or(Path::new(volume));
+        file.parent().filter(|folder| folder.is_absolute()).map(Path::to_owned)
+    }
+
+    fn use_file(&mut self, purpose: Purpose, path: &Path) {
+        match purpose {
+            Purpose::Open => match path.to_str() {
+                Some(name) => self.open(name.to_owned()),
+                None => self.errors.push(format!(
+                    "{}: a scene file cannot hold a name that is not Unicode; rename the file",
+                    path.display()
+                )),
+            },
+            Purpose::AddSolid => match solid_source(path) {
+                Ok(source) => {
+                    // Once more, if it could not be read before.
+                    self.reading.retain(|other| *other != source);
+                    if let Some(document) = &mut self.document {
+                        self.panels.add_solid(document, source);
+                    }
+                }
+                Err(line) => self.errors.push(line),
+            },
+            Purpose::SaveScene => self.save_scene(path),
+            Purpose::SaveImage | Purpose::SaveFilm => self.export(purpose, path),
+            Purpose::OpenFunction | Purpose::SaveFunction => {
+                let Some(document) = &mut self.document else { return };
+                match self.panels.use_function_file(document, purpose, path) {
+                    Ok(notices) => self.readout.notices.extend(notices),
+                    Err(line) => self.errors.push(line),
+                }
+            }
+        }
+    }
+
+    /// Opens a volume or a scene, and remembers it.
+    pub(super) fn open(&mut self, name: String) {
+        self.opening = true;
+        if !name.starts_with("sample:") {
+            let name =
+                std::path::absolute(&name).map(|p| p.to_string_lossy().into_owned()).unwrap_or(name.clone());
+            self.recent.retain(|other| *other != name);
+            self.recent.insert(0, name);
+            self.recent.truncate(MOST_RECENT);
+        }
+        self.jobs.open(name);
+    }
+
+    /// What was dropped on the window: a surface cuts, anything else is opened.
+    pub(super) fn dropped(&mut self, path: &Path) {
+        let solid = cutaway_io::mesh::recognize(path).is_some() || cutaway_io::patches::recognize(path);
+        let purpose = if solid && self.document.is_some() { Purpose::AddSolid } else { Purpose::Open };
+        self.use_file(purpose, path);
+    }
+
+    fn save_scene(&mut self, path: &Path) {
+        let Some(document) = &mut self.document else { return };
+        let notes = self.panels.notes(self.picture.overlays);
+        match scene_file::write(document, path, notes.to_value()) {
+            Ok(()) => self.readout.notices = vec![format!("saved {}", path.display())],
+            Err(line) => self.errors.push(line),
+        }
+    }
+
+    fn copy_command_line(&mut self, context: &egui::Context) {
+        let Some(document) = &self.document else { return };
+        match command_line(document) {
+            Ok(line) => {
+                self.readout.notices = vec!["copied the command line".to_owned()];
+                context.copy_text(line);
+            }
+            Err(line) => self.errors.push(line),
+        }
+    }
+
+    fn export(&mut self, purpose: Purpose, path: &Path) {
+        let Some(document) = &self.document else { return };
+        let request = self.panels.export.request(document, self.debug);
+        let film = (purpose == Purpose::SaveFilm).then_some(self.panels.export.frames);
+        self.exports.push(Export::start(request, film, path.to_owned(), &self.jobs));
+    }
+}

@@ -1,0 +1,62 @@
+//! What decides the picture: the part of a scene that is edited.
+
+use cutaway_core::camera::Camera;
+use cutaway_core::clip::Clip;
+use cutaway_core::histogram;
+use cutaway_core::lighting::Lighting;
+use cutaway_core::scene::{RenderSettings, Scene, SceneError, default_camera};
+use cutaway_core::transfer_function::TransferFunction;
+use cutaway_core::volume::Volume;
+
+use crate::cutting::Cutting;
+
+/// Everything that decides the picture besides the volume itself. Cheap to clone: solids are named, not held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneState {
+    /// What values look like.
+    pub function: TransferFunction,
+    /// World length that opacities are for; none: the mean voxel spacing.
+    pub unit_distance: Option<f64>,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// Light and material.
+    pub lighting: Lighting,
+    /// How the image is made. Its resolution is that of stills; the view's own is that of the window.
+    pub settings: RenderSettings,
+    /// What is cut.
+    pub cutting: Cutting,
+}
+
+impl SceneState {
+    /// What a volume looks like before anybody has said anything.
+    pub fn of_volume(volume: &Volume) -> Self {
+        let settings = RenderSettings::default();
+        Self {
+            function: histogram::default_for_mode(volume, settings.mode),
+            unit_distance: None,
+            camera: default_camera(volume, 1.0),
+            lighting: Lighting::default(),
+            settings,
+            cutting: Cutting::default(),
+        }
+    }
+
+    /// The scene as renderers take it, in an image of `resolution`, with the solids of `clip` where there are any.
+    ///
+    /// # Errors
+    /// A number outside its range, or a volume that cannot be rendered.
+    pub fn scene<'a>(
+        &self,
+        volume: &'a Volume,
+        clip: Option<&Clip>,
+        resolution: [u32; 2],
+    ) -> Result<Scene<'a>, SceneError> {
+        let settings = RenderSettings { resolution, ..self.settings.clone() };
+        let (camera, lighting) = (self.camera.clone(), self.lighting.clone());
+        let scene = Scene::new(volume, &self.function, self.unit_distance, camera, lighting, settings)?;
+        match clip {
+            Some(clip) => scene.with_clip(clip, self.cutting.shading.clone()),
+            None => Ok(scene),
+        }
+    }
+}
