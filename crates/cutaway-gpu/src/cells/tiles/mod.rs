@@ -5,7 +5,7 @@
 //! 2. Each tile is composited in registers (`composite.wgsl`), and goes on where the last stretch left it.
 //!
 //! There are no triangles to set up, nothing is interpolated or blended, and a tile that is opaque is done. Software adapters
-//! spend nearly all of a frame on the former; there this is several times as fast.
+//! spend nearly all of a frame on the former.
 
 mod pipelines;
 
