@@ -1,4 +1,4 @@
-//! Options and commands of the interface that this version does not have: refused by name, never ignored.
+//! Options of the interface that this version does not have: refused by name, never ignored.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -12,9 +12,6 @@ use crate::values::closest;
 
 /// Options that the interface names and later versions will have.
 const OPTIONS: &[&str] = &["--turntable", "--frames"];
-
-/// Commands that the interface names and later versions will have.
-const COMMANDS: &[&str] = &[];
 
 /// Prints what is wrong with a command line; 0 for `--help` and `--version`, 2 otherwise.
 pub(crate) fn explain(error: &clap::Error) -> ExitCode {
@@ -47,9 +44,7 @@ fn unknown_name(error: &clap::Error) -> Option<String> {
         ErrorKind::InvalidSubcommand => {
             let command = called_command();
             let there = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
-            // Benchmarks have names of their own.
-            let later = if command.get_name() == "cutaway" { COMMANDS } else { &[] };
-            ("command", context(ContextKind::InvalidSubcommand)?, there, later)
+            ("command", context(ContextKind::InvalidSubcommand)?, there, &[])
         }
         _ => return None,
     };

@@ -175,7 +175,7 @@ fn commands_are_guessed() {
     run(folder.path(), "rendre").fails(2, &["`rendre`", "did you mean `render`?"]);
     run(folder.path(), "help inf").fails(2, &["did you mean `info`?"]);
     run(folder.path(), "qqq").fails(2, &["there is no command `qqq`"]);
-    run(folder.path(), "veiw").fails(2, &["`view` does not exist"]);
+    run(folder.path(), "veiw").fails(2, &["did you mean `view`?"]);
     run(folder.path(), "bench fram").fails(2, &["did you mean `frame`?"]);
     run(folder.path(), "render").fails(2, &["--output", "VOLUME"]);
     run(folder.path(), "render sample:sphere:8").fails(2, &["--output"]);
