@@ -44,7 +44,7 @@ fn unknown_name(error: &clap::Error) -> Option<String> {
         ErrorKind::InvalidSubcommand => {
             let command = called_command();
             let there = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
-            ("command", context(ContextKind::InvalidSubcommand)?, there, &[])
+            ("command", context(ContextKind::InvalidSubcommand)?, there, [].as_slice())
         }
         _ => return None,
     };
