@@ -6,7 +6,7 @@
 //!
 //! | thread | does |
 //! |---|---|
-//! | the window's | [`RenderService::request`], [`RenderService::frame`] |
+//! | the window's | [`RenderService::request`], [`RenderService::answer`] |
 //! | `render` | classifies, casts, hands over; owns the engines ([`engines`]) |
 //! | the CPU engine's own | tiles |
 //! | `thumbnails` | small pictures for lists ([`thumbnails`]) |
