@@ -45,6 +45,10 @@ pub type HandOver<'a> = dyn FnMut(Frame) -> Result<(), Interrupt> + 'a;
 /// Time between the frames of a picture that is being refined.
 const REFINING_BUDGET: Duration = Duration::from_millis(150);
 
+/// How long a coarse picture stands before it is refined. While something moves the next request comes sooner, and the window
+/// needs the processor to draw itself.
+const STANDING: Duration = Duration::from_millis(70);
+
 /// What of the moving budget is left for casting: making an image of what was cast and showing it takes the rest.
 const CASTING_SHARE: f64 = 0.6;
 
@@ -286,6 +290,18 @@ impl View<'_> {
     fn is_overtaken(&self) -> bool {
         self.overtaken.load(Ordering::Relaxed)
     }
+
+    /// Lets a coarse picture stand for a while, unless something newer is wanted.
+    fn stand(&self) -> Result<(), Interrupt> {
+        let until = Instant::now() + STANDING;
+        while Instant::now() < until {
+            if self.is_overtaken() {
+                return Err(Interrupt::Overtaken);
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        Ok(())
+    }
 }
 
 /// What engines count.
@@ -380,6 +396,9 @@ impl Prepared {
             let (shown, counts) = self.shown(&scene, view, factor > 1)?;
             pace.note(size, began.elapsed());
             hand_over(view.frame(shown, factor, counts))?;
+            if factor == first && first > 1 {
+                view.stand()?;
+            }
             if view.is_overtaken() {
                 return Err(Interrupt::Overtaken);
             }
@@ -470,6 +489,7 @@ fn progressively(
     // The first frame is made whoever waits: a picture that moves is better coarse than never.
     let never = AtomicBool::new(false);
     let mut step = progressive.advance(MOVING_BUDGET.mul_f64(CASTING_SHARE), &never);
+    let mut stood = false;
     loop {
         let counts = Counts { samples: progressive.statistics().samples, gpu_bytes: 0 };
         let spacing = if step.done { 1 } else { step.spacing.max(2) };
@@ -477,6 +497,9 @@ fn progressively(
         hand_over(view.frame(shown, spacing, counts))?;
         if step.done {
             return Ok(());
+        }
+        if !std::mem::replace(&mut stood, true) {
+            view.stand()?;
         }
         step = progressive.advance(REFINING_BUDGET, view.overtaken);
         if step.cancelled || view.is_overtaken() {
