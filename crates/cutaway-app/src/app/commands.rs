@@ -79,7 +79,6 @@ impl App {
 
     /// Opens a volume or a scene, and remembers it.
     pub(super) fn open(&mut self, name: String) {
-        self.opening = true;
         if !name.starts_with("sample:") {
             let name =
                 std::path::absolute(&name).map(|p| p.to_string_lossy().into_owned()).unwrap_or(name.clone());

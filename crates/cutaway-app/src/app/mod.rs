@@ -55,7 +55,6 @@ pub struct App {
     /// Lines that stand until they are dismissed.
     errors: Vec<String>,
     show_help: bool,
-    opening: bool,
     dialogs: bool,
     /// Files opened before, the newest first.
     recent: Vec<String>,
@@ -68,13 +67,21 @@ pub struct App {
 const RECENT: &str = "recent";
 
 /// Everything that a picture depends on.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 struct Asked {
     volume: *const OpenVolume,
     state: SceneState,
     size: [u32; 2],
     debug: DebugView,
     solids: usize,
+}
+
+impl Asked {
+    /// Whether it is of what is open, as it is now. Asked of every frame of the window.
+    fn is_of(&self, document: &Document) -> bool {
+        let same_volume = std::ptr::eq(self.volume, Arc::as_ptr(document.volume()));
+        same_volume && self.solids == document.solids.len() && self.state == *document.state()
+    }
 }
 
 impl App {
@@ -93,7 +100,6 @@ impl App {
             commands: Vec::new(),
             errors: Vec::new(),
             show_help: false,
-            opening: true,
             dialogs: true,
             recent: Vec::new(),
             exports: Vec::new(),
@@ -192,10 +198,7 @@ impl App {
                 }
                 Done::Picked(purpose, path) => self.commands.push(Command::UseFile(purpose, path)),
                 Done::Said(line) => self.readout.notices.push(line),
-                Done::Failed(line) => {
-                    self.opening = false;
-                    self.errors.push(line);
-                }
+                Done::Failed(line) => self.errors.push(line),
             }
         }
         while let Some(answer) = self.render.answer() {
@@ -224,7 +227,6 @@ impl App {
         }
         self.readout.notices = notices;
         self.asked = None;
-        self.opening = false;
     }
 
     /// The picture and what lies over it.
@@ -295,6 +297,10 @@ impl App {
         let Some(document) = &self.document else { return };
         let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, 8192);
         let size = [pixels(response.rect.width()), pixels(response.rect.height())];
+        let same = |asked: &Asked| asked.size == size && asked.debug == self.debug && asked.is_of(document);
+        if self.asked.as_ref().is_some_and(same) {
+            return;
+        }
         let asked = Asked {
             volume: Arc::as_ptr(document.volume()),
             state: document.state().clone(),
@@ -302,9 +308,6 @@ impl App {
             debug: self.debug,
             solids: document.solids.len(),
         };
-        if self.asked.as_ref() == Some(&asked) {
-            return;
-        }
         let request = Request {
             volume: document.volume().clone(),
             state: asked.state.clone(),
@@ -360,10 +363,6 @@ fn look_from(document: &mut Document, direction: DVec3, aspect: f32) {
 }
 
 impl eframe::App for App {
-    fn logic(&mut self, context: &Context, _frame: &mut eframe::Frame) {
-        self.take_in(context);
-    }
-
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         self.show(ui);
     }

@@ -18,7 +18,6 @@ pub(super) struct Readout {
     asked: u64,
     answered: u64,
     done: bool,
-    spacing: u32,
     /// What readers and engines had to say.
     pub(super) notices: Vec<String>,
     memory: Memory,
@@ -45,7 +44,6 @@ impl Readout {
         }
         self.answered = frame.serial;
         self.done = frame.done && frame.serial == self.asked;
-        self.spacing = frame.spacing;
         self.took = frame.took.clone();
     }
 

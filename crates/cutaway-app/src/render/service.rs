@@ -72,11 +72,6 @@ impl RenderService {
     pub fn answer(&self) -> Option<Answer> {
         self.answers.try_recv().ok()
     }
-
-    /// Waits for the next answer; none if the thread is gone.
-    pub fn wait(&self) -> Option<Answer> {
-        self.answers.recv().ok()
-    }
 }
 
 impl Drop for RenderService {
