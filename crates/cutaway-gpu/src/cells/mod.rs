@@ -47,7 +47,7 @@ use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
-use crate::raycast::{Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, Targets, read};
+use crate::raycast::{Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, Targets, read_colors};
 use grid::{GridBuffers, GridFrame};
 use mesh::GpuMesh;
 use pipelines::{Pipelines, Source, Variant, pass};
@@ -310,9 +310,7 @@ impl CellRenderer {
         };
         let mut statistics = self.draw(cells, classification, scene, &targets, progress)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
-        let image = read(&self.gpu, &finished.textures)?.image;
-        let (pixels, _) = image.clone().into_parts();
-        let image = Image::new(image.width(), image.height(), pixels).expect("as many pixels as before");
+        let image = read_colors(&self.gpu, &finished.textures[0])?;
         statistics.gpu_bytes += targets.bytes() + finished.bytes;
         *kept = Some(targets);
         Ok((image, statistics))
