@@ -17,8 +17,28 @@ const PATIENCE: Duration = Duration::from_secs(120);
 fn main() {
     let arguments = Arguments::from_args();
     let ready = cfg!(feature = "viewer") && display().is_ok();
-    let trial = Trial::test("a_window_shows_a_picture", window_shows_a_picture).with_ignored_flag(!ready);
-    libtest_mimic::run(&arguments, vec![trial]).exit();
+    let plain = Trial::test("a_window_shows_a_picture", window_shows_a_picture);
+    let shared = Trial::test("a_window_shows_pictures_that_stay_on_its_device", window_shares_its_device);
+    let trials =
+        vec![plain.with_ignored_flag(!ready), shared.with_ignored_flag(!ready || adapter().is_none())];
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// The name of the best adapter, if there is one.
+fn adapter() -> Option<String> {
+    let output = cutaway().args(["info", "--gpu"]).output().ok()?;
+    let said = String::from_utf8(output.stdout).ok()?;
+    Some(said.lines().next()?.split(" (").next()?.to_owned())
+}
+
+/// The program, as it runs without a display.
+fn cutaway() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cutaway"));
+    command.current_dir(std::env::temp_dir());
+    for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "XDG_RUNTIME_DIR"] {
+        command.env_remove(name);
+    }
+    command
 }
 
 /// A process that ends with the test.
@@ -49,17 +69,34 @@ fn display() -> Result<(Running, String), Failed> {
 }
 
 fn window_shows_a_picture() -> Result<(), Failed> {
+    shows_a_picture(&["sample:marschner-lobb:32"])
+}
+
+/// An adapter that is asked for by its name draws the window and serves the engines, a processor that plays GPU too.
+fn window_shares_its_device() -> Result<(), Failed> {
+    let adapter = adapter().ok_or("no adapter")?;
+    let folder = tempfile::tempdir()?;
+    let scene = folder.path().join("scene.json");
+    let scene = scene.to_str().ok_or("a folder of another name")?;
+    for engine in ["raycast", "slices", "cells"] {
+        let line = ["render", "sample:marschner-lobb:32", "--engine", engine, "--resolution", "8,8"];
+        let picture = folder.path().join("picture.png");
+        let made = cutaway().args(line).args(["--save-scene", scene, "-o"]).arg(picture).output()?;
+        if !made.status.success() {
+            return Err(format!("{engine}: {}", String::from_utf8_lossy(&made.stderr)).into());
+        }
+        let shown = shows_a_picture(&["--gpu", &adapter, "--scene", scene]);
+        shown.map_err(|e| format!("{engine}: {}", e.message().unwrap_or_default()))?;
+    }
+    Ok(())
+}
+
+/// Opens a window and waits for a picture in it.
+fn shows_a_picture(arguments: &[&str]) -> Result<(), Failed> {
     let (_server, display) = display()?;
-    let folder = std::env::temp_dir();
-    let viewer = Command::new(env!("CARGO_BIN_EXE_cutaway"))
-        .args(["view", "sample:marschner-lobb:32"])
-        .current_dir(folder)
-        .env("DISPLAY", &display)
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("XDG_RUNTIME_DIR")
-        .stderr(Stdio::piped())
-        .spawn()?;
-    let mut viewer = Running(viewer);
+    let mut viewer = cutaway();
+    viewer.arg("view").args(arguments).env("DISPLAY", &display).stderr(Stdio::piped());
+    let mut viewer = Running(viewer.spawn()?);
     let began = Instant::now();
     loop {
         std::thread::sleep(Duration::from_millis(200));

@@ -85,6 +85,12 @@ impl Image {
         Ok(self)
     }
 
+    /// The image without depths, where they would say nothing true.
+    #[must_use]
+    pub fn without_depth(self) -> Self {
+        Self { depth: None, ..self }
+    }
+
     /// An image from straight (un-premultiplied) 8-bit pixels, top row first.
     pub fn from_straight_u8(width: u32, height: u32, pixels: &[[u8; 4]]) -> Result<Self, ImageError> {
         let premultiply = |p: &[u8; 4]| premultiplied(p.map(|c| f32::from(c) / 255.0));

@@ -41,7 +41,7 @@ pub use error::GpuError;
 pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
-pub use raycast::{Extras, FetchCounts, RaycastRenderer, Statistics};
+pub use raycast::{Extras, FetchCounts, RaycastRenderer, ShownFrame, Statistics};
 pub use slices::SliceRenderer;
 pub use volume::{GpuVolume, Texels};
 

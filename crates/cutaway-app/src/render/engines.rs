@@ -17,7 +17,7 @@ use cutaway_gpu::raycast::{self, PreparedVolume};
 use cutaway_gpu::slices::{self, SliceClassification};
 use cutaway_gpu::{
     CellOptions, CellRenderer, Extras, Gpu, GpuClassification, GpuError, GpuOptions, RaycastRenderer,
-    SliceRenderer,
+    ShownFrame, SliceRenderer,
 };
 
 use super::quality::{Pace, reduced};
@@ -120,6 +120,13 @@ enum Prepared {
     Reference,
 }
 
+impl DebugView {
+    /// What is drawn besides the volume.
+    fn extras(self) -> Extras<'static> {
+        Extras { wireframe: (self == Self::Wireframe).then_some(WIREFRAME), ..Extras::default() }
+    }
+}
+
 impl Engines {
     /// Engines on the window's device: pictures stay on it.
     pub fn sharing(gpu: Gpu) -> Self {
@@ -165,7 +172,7 @@ impl Engines {
             .running
             .as_ref()
             .ok_or_else(|| Interrupt::Failed("no engine could be started".to_owned()))?;
-        Ok(running.engine.whole(&scene, request.debug, progress)?.0)
+        Ok(running.engine.whole(&scene, request.debug, None, progress)?.0)
     }
 
     /// Makes the engine, the volume and the classification ready for a request, as far as they are not.
@@ -413,33 +420,41 @@ impl Prepared {
             GpuError::Cancelled => Interrupt::Overtaken,
             error => error.into(),
         };
-        let debug = view.request.debug;
-        let Self::Raycast { renderer, volume, classification } = self else {
-            let (image, counts) = self.whole(scene, debug, &|_| {})?;
-            return Ok((Shown::Pixels(Pixels::of(&image)), counts));
-        };
-        if debug == DebugView::Fetches {
-            let (image, counts) = self.whole(scene, debug, &|_| {})?;
-            return Ok((Shown::Pixels(Pixels::of(&image)), counts));
+        let extras = Extras { cancel, ..view.request.debug.extras() };
+        // Counts are made into colours on the host.
+        if view.on_device
+            && view.request.debug != DebugView::Fetches
+            && let Some(frame) = self.show(scene, &extras)
+        {
+            let ShownFrame { texture, gpu_bytes } = frame.map_err(given_up)?;
+            return Ok((Shown::OnDevice(texture), Counts { samples: 0, gpu_bytes }));
         }
-        let wireframe = (debug == DebugView::Wireframe).then_some(WIREFRAME);
-        let extras = Extras { wireframe, cancel, ..Extras::default() };
-        if view.on_device {
-            let frame = renderer.show(volume, classification, scene, &extras).map_err(given_up)?;
-            let counts = Counts { samples: 0, gpu_bytes: frame.gpu_bytes };
-            return Ok((Shown::OnDevice(frame.texture), counts));
-        }
-        let rendered = renderer.render_with(volume, classification, scene, &extras, &|_| {});
-        let (image, s) = rendered.map_err(given_up)?;
-        let counts = Counts { samples: s.samples, gpu_bytes: s.gpu_bytes };
+        let (image, counts) = self.whole(scene, view.request.debug, cancel, &|_| {}).map_err(given_up)?;
         Ok((Shown::Pixels(Pixels::of(&image)), counts))
     }
 
-    /// A whole image at once.
+    /// A whole image at once, left on the device; none of engines that have none.
+    fn show(&self, scene: &Scene, extras: &Extras) -> Option<Result<ShownFrame, GpuError>> {
+        match self {
+            Self::Raycast { renderer, volume, classification } => {
+                Some(renderer.show(volume, classification, scene, extras))
+            }
+            Self::Slices { renderer, volume, classification } => {
+                Some(renderer.show(volume, classification, scene))
+            }
+            Self::Cells { renderer, cells, classification } => {
+                Some(renderer.show(cells, classification, scene))
+            }
+            Self::Cpu { .. } | Self::Reference => None,
+        }
+    }
+
+    /// A whole image at once; the ray caster gives it up once `cancel` is set.
     fn whole(
         &self,
         scene: &Scene,
         debug: DebugView,
+        cancel: Option<&AtomicBool>,
         progress: &(dyn Fn(f32) + Sync),
     ) -> Result<(Image, Counts), GpuError> {
         match self {
@@ -449,13 +464,12 @@ impl Prepared {
             }
             Self::Raycast { renderer, volume, classification } => {
                 let (image, s) = match debug {
-                    DebugView::Off => renderer.render(volume, classification, scene, progress)?,
                     DebugView::Fetches => {
                         let (counts, s) = renderer.fetch_counts(volume, classification, scene, progress)?;
                         (counts.false_color(counts.most()), s)
                     }
-                    DebugView::Wireframe => {
-                        let extras = Extras { wireframe: Some(WIREFRAME), ..Extras::default() };
+                    DebugView::Off | DebugView::Wireframe => {
+                        let extras = Extras { cancel, ..debug.extras() };
                         renderer.render_with(volume, classification, scene, &extras, progress)?
                     }
                 };

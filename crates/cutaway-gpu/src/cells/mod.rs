@@ -47,7 +47,9 @@ use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
-use crate::raycast::{Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, Targets, read_colors};
+use crate::raycast::{
+    Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read_colors,
+};
 use grid::{GridBuffers, GridFrame};
 use mesh::GpuMesh;
 use pipelines::{Pipelines, Source, Variant, pass};
@@ -301,6 +303,33 @@ impl CellRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, CellStatistics), GpuError> {
+        self.drawn(cells, classification, scene, progress, |finished, statistics| {
+            Ok((read_colors(&self.gpu, &finished.textures[0])?, statistics))
+        })
+    }
+
+    /// Renders a frame as [`Self::render`] does, for a window drawn with the same device: nothing is copied to the host.
+    /// Returns when it is there.
+    pub fn show(
+        &self,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        scene: &Scene,
+    ) -> Result<ShownFrame, GpuError> {
+        self.drawn(cells, classification, scene, &|_| {}, |finished, statistics| {
+            self.finisher.show(&self.gpu, finished, statistics.gpu_bytes)
+        })
+    }
+
+    /// Draws a frame, for `take` to do something with it.
+    fn drawn<T>(
+        &self,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+        take: impl FnOnce(&Finished, CellStatistics) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
         check_mode(scene)?;
         let size = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(PoisonError::into_inner);
@@ -310,10 +339,10 @@ impl CellRenderer {
         };
         let mut statistics = self.draw(cells, classification, scene, &targets, progress)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
-        let image = read_colors(&self.gpu, &finished.textures[0])?;
         statistics.gpu_bytes += targets.bytes() + finished.bytes;
+        let taken = take(&finished, statistics)?;
         *kept = Some(targets);
-        Ok((image, statistics))
+        Ok(taken)
     }
 
     fn draw(

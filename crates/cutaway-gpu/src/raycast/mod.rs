@@ -32,6 +32,7 @@ use crate::proxy::{
 use crate::ranges::{BlockPipelines, GpuRanges};
 use crate::volume::GpuVolume;
 pub use fetches::FetchCounts;
+pub use finish::ShownFrame;
 #[cfg(test)]
 pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
 pub(crate) use finish::{Finished, Finisher, Lattice};
@@ -96,15 +97,6 @@ pub struct Extras<'a> {
     pub wireframe: Option<[f32; 3]>,
     /// Once it is set, the frame ends between two tiles, as [`GpuError::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
-}
-
-/// A frame that stays on the device.
-#[derive(Clone, Debug)]
-pub struct ShownFrame {
-    /// Premultiplied display values, `Rgba8Unorm`, to be bound by whoever draws windows with the same device.
-    pub texture: wgpu::Texture,
-    /// Bytes on the device: volume, ranges of blocks, tables, targets, clip.
-    pub gpu_bytes: u64,
 }
 
 /// What a frame took before it is read or shown.
@@ -263,9 +255,7 @@ impl RaycastRenderer {
         extras: &Extras,
     ) -> Result<ShownFrame, GpuError> {
         self.drawn(volume, classification, scene, extras, &|_| {}, |finished, drawn| {
-            let texture = self.finisher.show(&self.gpu, finished)?;
-            self.gpu.finish()?;
-            Ok(ShownFrame { texture, gpu_bytes: drawn.gpu_bytes })
+            self.finisher.show(&self.gpu, finished, drawn.gpu_bytes)
         })
     }
 

@@ -42,7 +42,8 @@ use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
 use crate::raycast::{
-    self, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, Targets, cost_of_step,
+    self, Finished, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, ShownFrame, Targets,
+    cost_of_step,
 };
 use crate::volume::GpuVolume;
 use octree::{Brick, Octree};
@@ -213,6 +214,36 @@ impl SliceRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
+        self.drawn(volume, classification, scene, progress, |finished, drawn| {
+            let read = raycast::read(&self.gpu, &finished.textures)?;
+            let gpu_ms = self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
+            let statistics = Statistics { rays: read.statistics.rays, gpu_ms, ..drawn };
+            Ok((without_false_depths(read.image, scene), statistics))
+        })
+    }
+
+    /// Renders a frame as [`Self::render`] does, for a window drawn with the same device: nothing is copied to the host.
+    /// Returns when it is there.
+    pub fn show(
+        &self,
+        volume: &PreparedVolume,
+        classification: &SliceClassification,
+        scene: &Scene,
+    ) -> Result<ShownFrame, GpuError> {
+        self.drawn(volume, classification, scene, &|_| {}, |finished, drawn| {
+            self.finisher.show(&self.gpu, finished, drawn.gpu_bytes)
+        })
+    }
+
+    /// Draws a frame, for `take` to do something with it. What its statistics say of pixels and of time is not known yet.
+    fn drawn<T>(
+        &self,
+        volume: &PreparedVolume,
+        classification: &SliceClassification,
+        scene: &Scene,
+        progress: &dyn Fn(f32),
+        take: impl FnOnce(&Finished, Statistics) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
         let shared = &volume.on_device;
         debug_assert!(shared.voxels().is_of(scene));
         let size = Lattice::of(scene).size;
@@ -238,10 +269,8 @@ impl SliceRenderer {
         let frame = Frame { scene, planes, variant, uniforms, inputs, targets: &targets, blended: &blended };
         let slices = self.draw(&frame, &boxes, progress)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
-        let read = raycast::read(&self.gpu, &finished.textures)?;
         let [all, visible] = classification.brick_counts();
         let statistics = Statistics {
-            rays: read.statistics.rays,
             bricks: visible,
             skipped_fraction: 1.0 - visible as f64 / all as f64,
             boxes: boxes.len() as u64,
@@ -255,10 +284,11 @@ impl SliceRenderer {
                 + directions.map_or(0, GpuDirections::bytes)
                 + clip_layers.bytes(),
             clip,
-            gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
+            ..Statistics::default()
         };
+        let taken = take(&finished, statistics)?;
         *self.targets.lock().unwrap_or_else(PoisonError::into_inner) = Some((targets, blended));
-        Ok((without_false_depths(read.image, scene), statistics))
+        Ok(taken)
     }
 
     /// Those of the last frame where they fit.
@@ -431,12 +461,10 @@ fn batches(drawn: &[Drawn], fragments_at_once: f64) -> Vec<Vec<(u32, Range<u32>)
 
 /// Where extreme values are is not known.
 fn without_false_depths(image: Image, scene: &Scene) -> Image {
-    if !matches!(scene.settings().mode, Mode::Mip | Mode::Minip) {
-        return image;
+    match scene.settings().mode {
+        Mode::Mip | Mode::Minip => image.without_depth(),
+        Mode::Composite | Mode::Mean | Mode::Iso => image,
     }
-    let (width, height) = (image.width(), image.height());
-    let (pixels, _) = image.into_parts();
-    Image::new(width, height, pixels).expect("as many pixels as before")
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 //! for it.
 //!
 //! Enters: the targets that rays were cast into, at the size of a [`Lattice`]. Leaves: textures of the image's size, to be
-//! read. A frame that asks for neither goes through untouched; otherwise textures are made for the frame alone.
+//! read, or to be shown by a window on the same device. A frame that asks for neither goes through untouched; otherwise
+//! textures are made for the frame alone.
 
 mod passes;
 
@@ -76,6 +77,15 @@ pub(crate) struct Finished {
     pub(crate) bytes: u64,
 }
 
+/// A frame that stays on the device.
+#[derive(Clone, Debug)]
+pub struct ShownFrame {
+    /// Premultiplied display values, `Rgba8Unorm`, to be bound by whoever draws windows with the same device.
+    pub texture: wgpu::Texture,
+    /// Bytes on the device: volume, ranges of blocks, tables, targets, clip.
+    pub gpu_bytes: u64,
+}
+
 impl Finisher {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self { passes: gpu.checked("the shaders that finish images", || Passes::new(gpu.device()))? })
@@ -99,13 +109,19 @@ impl Finisher {
         Ok(Finished { textures: [colors, depths, counts], bytes })
     }
 
-    /// A finished frame's colours as windows show them.
-    pub(crate) fn show(&self, gpu: &Gpu, finished: &Finished) -> Result<wgpu::Texture, GpuError> {
+    /// A finished frame's colours as windows show them, once they are there. `gpu_bytes`: what the frame took.
+    pub(crate) fn show(
+        &self,
+        gpu: &Gpu,
+        finished: &Finished,
+        gpu_bytes: u64,
+    ) -> Result<ShownFrame, GpuError> {
         let colors = &finished.textures[0];
         let size = [colors.width(), colors.height()];
-        let shown = gpu.checked("the image", || texture(gpu.device(), size, SHOWN))?;
-        self.passes.show(gpu, colors, &shown)?;
-        Ok(shown)
+        let texture = gpu.checked("the image", || texture(gpu.device(), size, SHOWN))?;
+        self.passes.show(gpu, colors, &texture)?;
+        gpu.finish()?;
+        Ok(ShownFrame { texture, gpu_bytes })
     }
 
     fn fill(

@@ -1,0 +1,109 @@
+//! Frames that stay on the device for a window to show: read back, they are what `render` returns.
+
+use cutaway_core::glam::UVec3;
+use cutaway_core::image::Image;
+use cutaway_core::lighting::Lighting;
+use cutaway_core::scene::{ImageInterpolation, RenderSettings, Scene};
+use cutaway_gpu::{
+    CellOptions, CellRenderer, Extras, Gpu, GpuError, RaycastRenderer, ShownFrame, SliceRenderer,
+};
+use cutaway_testing::gpus::{self, there_is_an_adapter};
+use cutaway_testing::scenes::{SMALL, framed, oblique_noise, soft};
+use libtest_mimic::{Arguments, Failed, Trial};
+
+/// Rounding to 8 bits, which the device may do either way near a half.
+const LARGEST_DIFFERENCE: f32 = 0.5 / 255.0 + 1e-4;
+
+/// Renders a scene both ways.
+type Engine = fn(&Gpu, &Scene) -> Result<(Image, ShownFrame), GpuError>;
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let there = there_is_an_adapter();
+    let engines: [(&str, Engine); 3] = [("raycast", raycast), ("slices", slices), ("cells", cells)];
+    let trials = engines.map(|(name, engine)| {
+        let test = move || every_finish(name, engine);
+        Trial::test(format!("{name}_shows_what_it_renders"), test).with_ignored_flag(!there)
+    });
+    libtest_mimic::run(&arguments, trials.into()).exit();
+}
+
+/// Whole images, and those that are filled in or blurred before they are shown.
+fn every_finish(name: &str, engine: Engine) -> Result<(), Failed> {
+    let gpu = gpus::best()?.gpu().clone();
+    let volume = oblique_noise(UVec3::new(21, 17, 13), 3);
+    let function = soft(volume.value_range());
+    let plain = RenderSettings { resolution: SMALL, ..RenderSettings::default() };
+    let cases = [
+        ("plain", plain.clone()),
+        ("filled in", RenderSettings { image_interpolation: ImageInterpolation::Factor(3), ..plain.clone() }),
+        ("blurred", RenderSettings { blur: 1.5, ..plain }),
+    ];
+    for (case, settings) in cases {
+        let scene = framed(&volume, &function, Lighting::default(), settings);
+        let (image, shown) = engine(&gpu, &scene)?;
+        same(&format!("{name}, {case}"), &image, &read(&gpu, &shown)?)?;
+    }
+    Ok(())
+}
+
+fn raycast(gpu: &Gpu, scene: &Scene) -> Result<(Image, ShownFrame), GpuError> {
+    let renderer = RaycastRenderer::new(gpu)?;
+    let volume = renderer.prepare(scene.volume())?;
+    let classification = renderer.classify(&volume, scene)?;
+    let (image, _) = renderer.render(&volume, &classification, scene, &|_| {})?;
+    Ok((image, renderer.show(&volume, &classification, scene, &Extras::default())?))
+}
+
+fn slices(gpu: &Gpu, scene: &Scene) -> Result<(Image, ShownFrame), GpuError> {
+    let renderer = SliceRenderer::new(gpu)?;
+    let volume = renderer.prepare(scene.volume())?;
+    let classification = renderer.classify(&volume, scene)?;
+    let (image, _) = renderer.render(&volume, &classification, scene, &|_| {})?;
+    Ok((image, renderer.show(&volume, &classification, scene)?))
+}
+
+fn cells(gpu: &Gpu, scene: &Scene) -> Result<(Image, ShownFrame), GpuError> {
+    let renderer = CellRenderer::new(gpu, CellOptions::default())?;
+    let cells = renderer.prepare(scene.volume())?;
+    let classification = renderer.classify(&cells, scene)?;
+    let (image, _) = renderer.render(&cells, &classification, scene, &|_| {})?;
+    Ok((image, renderer.show(&cells, &classification, scene)?))
+}
+
+fn same(what: &str, image: &Image, shown: &[[u8; 4]]) -> Result<(), Failed> {
+    let seen = image.pixels().iter().filter(|pixel| pixel[3] > 0.1).count();
+    if shown.len() != image.pixels().len() || seen < shown.len() / 20 {
+        return Err(format!("{what}: {} pixels, {seen} of {} seen", shown.len(), image.pixels().len()).into());
+    }
+    for (i, (expected, found)) in image.pixels().iter().zip(shown).enumerate() {
+        let off = |c: usize| (expected[c].clamp(0.0, 1.0) - f32::from(found[c]) / 255.0).abs();
+        let worst = (0..4).map(off).fold(0.0, f32::max);
+        if worst > LARGEST_DIFFERENCE {
+            return Err(format!("{what}: pixel {i} is {found:?}, of {expected:?}").into());
+        }
+    }
+    Ok(())
+}
+
+/// A shown frame's pixels, row by row from the top.
+fn read(gpu: &Gpu, shown: &ShownFrame) -> Result<Vec<[u8; 4]>, Failed> {
+    let size = shown.texture.size();
+    let row = (4 * size.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(row * size.height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+    let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(shown.texture.as_image_copy(), to, size);
+    gpu.queue().submit([encoder.finish()]);
+    buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+    gpu.device().poll(wgpu::PollType::wait_indefinitely())?;
+    let mapped = buffer.get_mapped_range(..)?;
+    let rows = mapped.chunks(row as usize).map(|row| &row[..4 * size.width as usize]);
+    Ok(rows.flat_map(|row| row.as_chunks::<4>().0.to_vec()).collect())
+}
