@@ -30,6 +30,7 @@ mod notice;
 pub mod proxy;
 mod ranges;
 pub mod raycast;
+mod shaders;
 pub mod slices;
 mod volume;
 
