@@ -43,6 +43,8 @@ pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
 pub use raycast::{Extras, FetchCounts, RaycastRenderer, ShownFrame, Statistics};
+#[cfg(feature = "watch-shaders")]
+pub use shaders::ShaderWatch;
 pub use slices::SliceRenderer;
 pub use volume::{GpuVolume, Texels};
 

@@ -1,5 +1,15 @@
 //! The one way from a `.wgsl` file to a pipeline: the build links each with what it imports (`link`), [`shader!`] names the
-//! text, [`Shader::module`] hands it to a device.
+//! text, [`Shader::module`] hands it to a device. With the feature `watch-shaders` it is linked anew when files change.
+
+use std::borrow::Cow;
+
+#[cfg(feature = "watch-shaders")]
+mod link;
+#[cfg(feature = "watch-shaders")]
+mod watch;
+
+#[cfg(feature = "watch-shaders")]
+pub use watch::ShaderWatch;
 
 /// A shader, linked.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +38,16 @@ impl Shader {
     pub(crate) fn module(self, device: &wgpu::Device) -> wgpu::ShaderModule {
         device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(self.path),
-            source: wgpu::ShaderSource::Wgsl(self.linked.into()),
+            source: wgpu::ShaderSource::Wgsl(self.source()),
         })
+    }
+
+    /// Its text: the build's, unless a file has changed since.
+    fn source(self) -> Cow<'static, str> {
+        #[cfg(feature = "watch-shaders")]
+        if let Some(newer) = watch::newer(self.path) {
+            return Cow::Owned(newer);
+        }
+        Cow::Borrowed(self.linked)
     }
 }
