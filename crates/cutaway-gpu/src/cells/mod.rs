@@ -48,7 +48,7 @@ use crate::error::GpuError;
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
 use crate::raycast::{
-    Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read,
+    Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read_colors,
 };
 use crate::shaders::{Shader, shader};
 use grid::{GridBuffers, GridFrame};
@@ -302,7 +302,7 @@ impl CellRenderer {
         progress: &dyn Fn(f32),
     ) -> Result<(Image, CellStatistics), GpuError> {
         self.drawn(cells, classification, scene, progress, |finished, statistics| {
-            Ok((read(&self.gpu, &finished.textures)?.image.without_depth(), statistics))
+            Ok((read_colors(&self.gpu, &finished.textures[0])?, statistics))
         })
     }
 

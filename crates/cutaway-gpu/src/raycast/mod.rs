@@ -39,7 +39,7 @@ pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
 pub(crate) use finish::{Finished, Finisher, Lattice};
 pub(crate) use pipelines::diffuse_curve;
 use pipelines::{Pipelines, Variant};
-pub(crate) use readback::read;
+pub(crate) use readback::{read, read_colors};
 use sampling::SamplingVariant;
 pub(crate) use sampling::cost_of_step;
 pub use sampling::notices;

@@ -21,9 +21,32 @@ const NO_DEPTH: f32 = 1e30;
 pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> Result<Read, GpuError> {
     let (width, height) = (colors.width(), colors.height());
     let counted = [counts.width(), counts.height()];
+    let [colors, depths, counts] = copies(gpu, [colors, depths, counts])?;
+    let pixels = colors.texels()?;
+    let mut depths: Vec<f32> = depths.texels()?;
+    for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
+        *depth = f32::INFINITY;
+    }
+    let counts: Vec<PixelCounts> = counts.texels()?.iter().map(PixelCounts::unpacked).collect();
+    let statistics = sum(&counts);
+    let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
+    let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
+    Ok(Read { image: image.expect(CHECKED), statistics, fetches })
+}
+
+/// Copies colours alone to the host and waits for them.
+pub(crate) fn read_colors(gpu: &Gpu, colors: &wgpu::Texture) -> Result<Image, GpuError> {
+    let [copied] = copies(gpu, [colors])?;
+    Ok(Image::new(colors.width(), colors.height(), copied.texels()?).expect(CHECKED))
+}
+
+const CHECKED: &str = "one pixel a fragment of a size that the scene has checked";
+
+/// Copies textures to where the host can read them, and waits.
+fn copies<const N: usize>(gpu: &Gpu, textures: [&wgpu::Texture; N]) -> Result<[Copy; N], GpuError> {
     let copies = gpu.checked("reading the image", || {
         let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let copies = [colors, depths, counts].map(|texture| copy(gpu, &mut encoder, texture));
+        let copies = textures.map(|texture| copy(gpu, &mut encoder, texture));
         gpu.queue().submit([encoder.finish()]);
         copies
     })?;
@@ -31,22 +54,7 @@ pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> 
         copy.buffer.map_async(wgpu::MapMode::Read, .., |_| {});
     }
     gpu.finish()?;
-    let [colors, depths, counts] = copies;
-    let pixels: Vec<[f32; 4]> = bytemuck::cast_slice(&colors.bytes()?).to_vec();
-    let mut depths: Vec<f32> = bytemuck::cast_slice(&depths.bytes()?).to_vec();
-    for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
-        *depth = f32::INFINITY;
-    }
-    let counts: Vec<PixelCounts> =
-        bytemuck::cast_slice::<u8, [u32; 2]>(&counts.bytes()?).iter().map(PixelCounts::unpacked).collect();
-    let statistics = sum(&counts);
-    let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
-    let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
-    Ok(Read {
-        image: image.expect("one pixel a fragment of a size that the scene has checked"),
-        statistics,
-        fetches,
-    })
+    Ok(copies)
 }
 
 /// What a pixel's ray took: `packed_counts` of `pixel.wgsl`, unpacked.
@@ -108,16 +116,17 @@ fn copy(gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) 
 
 impl Copy {
     /// Rows without their padding.
-    fn bytes(&self) -> Result<Vec<u8>, GpuError> {
+    fn texels<T: bytemuck::Pod>(&self) -> Result<Vec<T>, GpuError> {
         let mapped = self
             .buffer
             .get_mapped_range(..)
             .map_err(|e| GpuError::Refused { what: "reading the image".to_owned(), reason: e.to_string() })?;
-        let mut bytes = Vec::with_capacity(self.row * (mapped.len() / self.padded_row));
+        let rows = mapped.len() / self.padded_row;
+        let mut texels = Vec::with_capacity(rows * self.row / size_of::<T>());
         for row in mapped.chunks(self.padded_row) {
-            bytes.extend_from_slice(&row[..self.row]);
+            texels.extend_from_slice(bytemuck::cast_slice(&row[..self.row]));
         }
-        Ok(bytes)
+        Ok(texels)
     }
 }
 

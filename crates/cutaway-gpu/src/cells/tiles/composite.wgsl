@@ -189,8 +189,14 @@ fn upper(plane: vec3f) -> f32 {
 }
 
 @compute @workgroup_size(64)
-fn composite_tiles(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3u) {
-    let number = (group.y * 65535u + group.x) * 8u + local / 8u;
+fn composite_tiles(
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    // Software drivers give each thread a stretch of the workgroups, x first: each is to have tiles from all over the list, whose
+    // end is empty and whose middle is not as quickly drawn as the rest.
+    let number = (group.x * groups.y + group.y) * 8u + local / 8u;
     if number >= totals[4] {
         return;
     }

@@ -40,6 +40,9 @@ const ENTRIES: [u64; 2] = [1 << 20, 1 << 24];
 /// Entries of a list that are drawn at once, as in `composite.wgsl`.
 const WINDOW: u32 = 2048;
 
+/// How often the list of tiles is gone through, other tiles each time, by the workgroups that composite them.
+const COLUMNS: u32 = 64;
+
 /// Entries that a thread makes on average, at most: some drivers end a shader's loops after 65,535 rounds.
 const ENTRIES_A_RUN: u64 = 8192;
 
@@ -268,7 +271,7 @@ impl TileBuffers {
                 pass.set_bind_group(1, &group, &[]);
                 pass.set_bind_group(2, drawing.tables, &[]);
                 pass.set_pipeline(steps.composite(drawing.variant));
-                pass.dispatch_workgroups(task.tiles.div_ceil(8), 1, 1);
+                pass.dispatch_workgroups(task.tiles.div_ceil(8 * COLUMNS), COLUMNS, 1);
             }
             gpu.queue().submit([encoder.finish()]);
         })
