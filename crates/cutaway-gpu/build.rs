@@ -1,49 +1,13 @@
-//! Links the shaders: a `.wgsl` file says what it imports of others, and each that is listed here becomes one text with all
-//! of it inside.
+//! Links the shaders: see `src/shaders/link.rs`.
 
-use wesl::{ManglerKind, ModulePath, Wesl};
-
-/// Shaders that pipelines are made of, by their paths below `src`.
-const SHADERS: &[&str] = &[
-    "raycast::raycast",
-    "ranges::value_ranges",
-    "ranges::occupancy",
-    "context::filter",
-    "proxy::cells",
-    "proxy::view",
-    "proxy::range",
-    "geometry::surface",
-    "geometry::behind",
-    "raycast::finish::fill",
-    "raycast::finish::blur",
-    "raycast::sampling::directions",
-    "clip_layers::lists",
-    "clip_layers::sweep_lists",
-    "clip_layers::peel",
-    "clip_layers::peel_count",
-    "clip_layers::sweep_peel",
-    "cells::select",
-    "cells::project_grid",
-    "cells::project_mesh",
-    "cells::sort",
-    "cells::draw",
-    "cells::widen",
-    "cells::tiles::mesh",
-    "cells::tiles::grid",
-    "cells::tiles::bin",
-    "cells::tiles::composite",
-    "cells::tiles::show",
-    "slices::slices",
-    "slices::develop",
-];
+#[path = "src/shaders/link.rs"]
+mod link;
 
 fn main() {
-    let mut linker = Wesl::new("src");
-    // Names stay as they are written, for the host to find; two alike in one shader do not pass its validation.
-    linker.set_mangler(ManglerKind::None);
-    for path in SHADERS {
-        let module: ModulePath = format!("package::{path}").parse().expect("a path of names");
-        linker.build_artifact(&module, &path.replace("::", "_"));
+    let linker = link::linker("src".as_ref());
+    for path in link::SHADERS {
+        linker.build_artifact(&link::module(path), &path.replace("::", "_"));
     }
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=src/shaders/link.rs");
 }

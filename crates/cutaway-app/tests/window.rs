@@ -4,9 +4,15 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cutaway_app::command::{Command, Purpose};
+use cutaway_app::cutting::Content;
+use cutaway_app::function;
+use cutaway_app::picture::Projection;
 use cutaway_app::render::engines::Engines;
 use cutaway_app::render::{DebugView, Pixels, Request};
 use cutaway_app::{App, Start};
+use cutaway_core::clip::{ClipSource, Sphere};
+use cutaway_core::glam::DVec3;
+use cutaway_core::scene::Mode;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -187,9 +193,100 @@ fn slices_share_a_crosshair_and_show_values() {
     assert!(app(&harness).slices().hover.is_some());
 }
 
+/// Where the picture shows a point of the world.
+fn place(harness: &Harness<'_, Option<App>>, point: DVec3) -> Pos2 {
+    let rect = harness.get_by_label("picture of the volume").rect();
+    let camera = &app(harness).document().unwrap().state().camera;
+    Projection::new(camera, rect).point(point).expect("it is before the eye")
+}
+
+#[test]
+fn a_click_selects_the_cut_that_is_seen_and_no_other() {
+    let mut harness = window(Some("sample:sphere:24"));
+    let document = app_mut(&mut harness).document_mut().unwrap();
+    let volume = document.volume().volume.clone();
+    let (center, forward) = (volume.center_in_world(), document.state().camera.axes().forward);
+    let radius = 0.2 * volume.extent().min_element() * volume.spacing().min_element();
+    let ball = |center| Content::Object(ClipSource::Sphere(Sphere::new(center, radius).unwrap()));
+    // The second lies within what is opaque, behind the first.
+    let seen = document.add_operand(ball(center - forward * (2.0 * radius))).unwrap();
+    let hidden = document.add_operand(ball(center + forward * (1.2 * radius))).unwrap();
+    document.edit("opaque", |state| state.settings.brightness = 10.0);
+    document.selected = None;
+    settle(&mut harness);
+    let selected = |harness: &Harness<'_, Option<App>>| app(harness).document().unwrap().selected;
+    let at = place(&harness, center);
+    click(&mut harness, at);
+    assert_eq!(selected(&harness), Some(seen));
+    // Beside the volume is nothing, and what was selected stays so.
+    let corner = harness.get_by_label("picture of the volume").rect().left_top() + Vec2::splat(5.0);
+    click(&mut harness, corner);
+    assert_eq!(selected(&harness), Some(seen));
+    assert!(app(&harness).slices().crosshair.is_none());
+    let document = app_mut(&mut harness).document_mut().unwrap();
+    document.selected = None;
+    document.cut("hide", |cutting| cutting.get_mut(seen).unwrap().visible = false);
+    settle(&mut harness);
+    click(&mut harness, at);
+    assert_eq!(selected(&harness), None, "{hidden:?} is behind what is opaque");
+    // No projection hides it.
+    let document = app_mut(&mut harness).document_mut().unwrap();
+    document.edit("mode", |state| state.settings.mode = Mode::Mip);
+    settle(&mut harness);
+    click(&mut harness, at);
+    assert_eq!(selected(&harness), Some(hidden));
+}
+
+#[test]
+fn clicks_that_measure_select_nothing() {
+    let mut harness = window(None);
+    app_mut(&mut harness).document_mut().unwrap().selected = None;
+    harness.key_press(Key::M);
+    settle(&mut harness);
+    let center = app(&harness).document().unwrap().volume().volume.center_in_world();
+    let at = place(&harness, center);
+    click(&mut harness, at);
+    assert_eq!(app(&harness).slices().measure.points().count(), 1);
+    assert_eq!(app(&harness).document().unwrap().selected, None);
+}
+
+#[test]
+fn a_right_drag_is_window_and_level_in_one_step() {
+    let mut harness = window(Some("sample:sphere:24"));
+    let state = |harness: &Harness<'_, Option<App>>| app(harness).document().unwrap().state().clone();
+    let before = state(&harness);
+    let picture = harness.get_by_label("picture of the volume").rect();
+    let mut at = picture.center();
+    harness.event(Event::PointerMoved(at));
+    harness.step();
+    press(&harness, at, PointerButton::Secondary, true);
+    harness.step();
+    for _ in 0..4 {
+        at += Vec2::new(0.05, -0.025) * picture.height();
+        harness.event(Event::PointerMoved(at));
+        harness.step();
+    }
+    press(&harness, at, PointerButton::Secondary, false);
+    settle(&mut harness);
+    let after = state(&harness);
+    let ([lo, hi], [low, high]) = (function::window(&before.function), function::window(&after.function));
+    // A fifth of the picture's height to the right; a tenth up, of windows that grew meanwhile.
+    let wider = (high - low) / (hi - lo);
+    assert!((wider / 0.2f64.exp() - 1.0).abs() < 1e-3, "{wider}");
+    let higher = (0.5 * (low + high) - 0.5 * (lo + hi)) / (hi - lo);
+    assert!((0.1..0.1 * wider).contains(&higher), "{higher}");
+    assert_eq!((&after.camera, &after.cutting), (&before.camera, &before.cutting));
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(state(&harness), before);
+}
+
+fn press(harness: &Harness<'_, Option<App>>, pos: Pos2, button: PointerButton, pressed: bool) {
+    harness.event(Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE });
+}
+
 fn button(harness: &Harness<'_, Option<App>>, pos: Pos2, pressed: bool) {
-    let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
-    harness.event(Event::PointerButton { pos, button, pressed, modifiers });
+    press(harness, pos, PointerButton::Primary, pressed);
 }
 
 fn click(harness: &mut Harness<'_, Option<App>>, at: Pos2) {

@@ -30,6 +30,7 @@ mod notice;
 pub mod proxy;
 mod ranges;
 pub mod raycast;
+mod shaders;
 pub mod slices;
 mod volume;
 
@@ -42,6 +43,8 @@ pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
 pub use raycast::{Extras, FetchCounts, RaycastRenderer, ShownFrame, Statistics};
+#[cfg(feature = "watch-shaders")]
+pub use shaders::ShaderWatch;
 pub use slices::SliceRenderer;
 pub use volume::{GpuVolume, Texels};
 

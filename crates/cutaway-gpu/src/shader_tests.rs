@@ -4,51 +4,53 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use crate::ranges::{OccupancyTask, RangesTask};
 use crate::raycast::FrameUniforms;
+use crate::shaders::Shader;
 
-/// All linked shaders by name.
-const SHADERS: &[(&str, &str)] = &[
-    ("raycast", crate::raycast::SHADER),
-    ("value_ranges", crate::ranges::RANGES_SHADER),
-    ("occupancy", crate::ranges::OCCUPANCY_SHADER),
-    ("filter", crate::context::filter::SHADER),
-    ("proxy cells", crate::proxy::CELLS_SHADER),
-    ("proxy view", crate::proxy::VIEW_SHADER),
-    ("proxy range", crate::proxy::RANGE_SHADER),
-    ("opaque surface", crate::geometry::SURFACE_SHADER),
-    ("behind", crate::geometry::BEHIND_SHADER),
-    ("fill", crate::raycast::FILL_SHADER),
-    ("blur", crate::raycast::BLUR_SHADER),
-    ("directions", crate::raycast::DIRECTIONS_SHADER),
-    ("lists", crate::clip_layers::LISTS_SHADER),
-    ("sweep_lists", crate::clip_layers::SWEEP_SHADER),
-    ("peel", crate::clip_layers::PEEL_SHADER),
-    ("peel_count", crate::clip_layers::PEEL_COUNT_SHADER),
-    ("sweep_peel", crate::clip_layers::SWEEP_PEEL_SHADER),
-    ("cells draw", crate::cells::DRAW_SHADER),
-    ("cells select", crate::cells::SELECT_SHADER),
-    ("cells project grid", crate::cells::PROJECT_GRID_SHADER),
-    ("cells project mesh", crate::cells::PROJECT_MESH_SHADER),
-    ("cells sort", crate::cells::SORT_SHADER),
-    ("cells widen", crate::cells::WIDEN_SHADER),
-    ("cells tiles mesh", crate::cells::TILES_MESH_SHADER),
-    ("cells tiles grid", crate::cells::TILES_GRID_SHADER),
-    ("cells tiles bin", crate::cells::TILES_BIN_SHADER),
-    ("cells tiles composite", crate::cells::TILES_COMPOSITE_SHADER),
-    ("cells tiles show", crate::cells::TILES_SHOW_SHADER),
-    ("slices", crate::slices::SHADER),
-    ("develop", crate::slices::DEVELOP_SHADER),
+/// All linked shaders.
+const SHADERS: &[Shader] = &[
+    crate::raycast::SHADER,
+    crate::ranges::RANGES_SHADER,
+    crate::ranges::OCCUPANCY_SHADER,
+    crate::context::filter::SHADER,
+    crate::proxy::CELLS_SHADER,
+    crate::proxy::VIEW_SHADER,
+    crate::proxy::RANGE_SHADER,
+    crate::geometry::SURFACE_SHADER,
+    crate::geometry::BEHIND_SHADER,
+    crate::raycast::FILL_SHADER,
+    crate::raycast::BLUR_SHADER,
+    crate::raycast::DIRECTIONS_SHADER,
+    crate::clip_layers::LISTS_SHADER,
+    crate::clip_layers::SWEEP_SHADER,
+    crate::clip_layers::PEEL_SHADER,
+    crate::clip_layers::PEEL_COUNT_SHADER,
+    crate::clip_layers::SWEEP_PEEL_SHADER,
+    crate::cells::DRAW_SHADER,
+    crate::cells::SELECT_SHADER,
+    crate::cells::PROJECT_GRID_SHADER,
+    crate::cells::PROJECT_MESH_SHADER,
+    crate::cells::SORT_SHADER,
+    crate::cells::WIDEN_SHADER,
+    crate::cells::TILES_MESH_SHADER,
+    crate::cells::TILES_GRID_SHADER,
+    crate::cells::TILES_BIN_SHADER,
+    crate::cells::TILES_COMPOSITE_SHADER,
+    crate::cells::TILES_SHOW_SHADER,
+    crate::slices::SHADER,
+    crate::slices::DEVELOP_SHADER,
 ];
 
-fn module(source: &str) -> naga::Module {
+fn module(shader: Shader) -> naga::Module {
+    let source = shader.linked;
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
 }
 
 #[test]
 fn every_shader_is_valid() {
-    for (name, source) in SHADERS {
-        let module = module(source);
+    for shader in SHADERS {
+        let module = module(*shader);
         let valid = Validator::new(ValidationFlags::all(), Capabilities::default()).validate(&module);
-        assert!(valid.is_ok(), "{name}: {:?}", valid.err());
+        assert!(valid.is_ok(), "{}: {:?}", shader.path, valid.err());
     }
 }
 
@@ -330,7 +332,7 @@ fn sweep_settings_match_the_shader() {
         }
     );
     let words = format!("const OWN_WORDS = {}u", crate::clip_layers::OWN_WORDS);
-    assert!(source.contains(&words), "the shader holds another number of words than `{words}`");
+    assert!(source.linked.contains(&words), "the shader holds another number of words than `{words}`");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use cutaway_io::image::{BitDepth, write_image};
 use egui::Ui;
 
 use super::jobs::{Done, Jobs};
-use crate::film::Film;
+use crate::film::{is_pictures, write_film};
 use crate::render::Request;
 use crate::render::engines::{Engines, Interrupt};
 
@@ -42,7 +42,8 @@ impl Export {
             match made {
                 Ok(()) => Some(Done::Said(format!("saved {}", file.display()))),
                 Err(Interrupt::Overtaken) => {
-                    Some(Done::Said(format!("{}: cancelled, not written", file.display())))
+                    let left = if is_pictures(&file) { "finished frames stay" } else { "not written" };
+                    Some(Done::Said(format!("{}: cancelled, {left}", file.display())))
                 }
                 Err(Interrupt::Failed(line)) => Some(Done::Failed(line)),
             }
@@ -87,13 +88,11 @@ fn make_picture(request: &Request, path: &Path, shared: &Shared) -> Result<(), I
 
 fn make_film(mut request: Request, frames: u32, path: &Path, shared: &Shared) -> Result<(), Interrupt> {
     let mut engines = Engines::default();
-    let mut film = Film::new(path, request.size, frames).map_err(Interrupt::Failed)?;
-    for index in 0..frames {
+    write_film(path, request.size, frames, &mut |index| {
         shared.check()?;
         let image = engines.still(&request, &|share| shared.note((index as f32 + share) / frames as f32))?;
-        film.add(image).map_err(Interrupt::Failed)?;
+        shared.check()?;
         request.state.camera.azimuth(TAU / f64::from(frames));
-    }
-    shared.check()?;
-    film.finish().map_err(Interrupt::Failed)
+        Ok(image)
+    })
 }

@@ -160,6 +160,7 @@ pub(super) fn show_help(context: &Context, open: &mut bool) {
         ("shift and drag, middle drag", "move"),
         ("ctrl and drag", "roll"),
         ("right drag", "window and level"),
+        ("click on a cut", "select what cuts there"),
         ("scroll, pinch", "zoom to the pointer"),
         ("alt and scroll", "fly into the volume"),
     ];

@@ -13,8 +13,10 @@ mod readout;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use cutaway_core::camera::Ray;
 use cutaway_core::clip::ClipSource;
 use cutaway_core::glam::DVec3;
+use cutaway_core::scene::Mode;
 use cutaway_gpu::context::AdapterSummary;
 use cutaway_gpu::{Gpu, GpuOptions};
 use eframe::egui_wgpu::RenderState;
@@ -283,6 +285,8 @@ impl App {
             let face = face.and_then(|at| picture::cube_face(&projection, at));
             if let Some(direction) = face {
                 look_from(document, direction, response.rect.aspect_ratio());
+            } else if let Some(at) = clicked.filter(|_| !self.panels.slices.measuring) {
+                select(document, &projection.ray(at));
             }
             let mut camera = document.state().camera.clone();
             if picture::navigate(ui, &response, &mut camera) == picture::Moved::Yes {
@@ -393,6 +397,14 @@ fn look_from(document: &mut Document, direction: DVec3, aspect: f32) {
         let camera = view.camera(&volume.volume, f64::from(aspect), &document.state().camera);
         document.look(|c| *c = camera);
     }
+}
+
+/// Selects the object that is seen along a ray, if there is one.
+fn select(document: &mut Document, ray: &Ray) {
+    // Projections have no front: whatever cuts is as good as seen.
+    let hides = matches!(document.state().settings.mode, Mode::Composite | Mode::Iso);
+    let opaque = if hides { slices::pick(document, ray) } else { None };
+    document.select_along(ray, opaque);
 }
 
 impl eframe::App for App {

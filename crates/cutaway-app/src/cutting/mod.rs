@@ -14,6 +14,7 @@
 //! | [`defaults`] | shapes for a volume, bounds, fitting |
 //! | [`numbers`] | a pose as translation, angles and factors |
 //! | [`lens`] | from points of the picture to rays and back |
+//! | [`hit`] | the object under a point of the picture |
 //! | [`gizmo`] | dragging an object by handles |
 //! | [`crop`] | dragging the crop box, and trimming it by a rectangle |
 //!
@@ -24,6 +25,7 @@ pub mod defaults;
 pub mod edit;
 pub mod from_clip;
 pub mod gizmo;
+pub mod hit;
 pub mod lens;
 pub mod notes;
 pub mod numbers;

@@ -1,6 +1,9 @@
 //! Steps that concern operands: each is one to undo.
 
+use cutaway_core::camera::{Ray, intersect_box};
 use cutaway_core::clip::{ClipSource, FitError, Pose};
+use cutaway_core::glam::DVec3;
+use cutaway_core::segment::Segment;
 
 use super::Document;
 use crate::cutting::defaults::Shape;
@@ -55,6 +58,24 @@ impl Document {
             return Ok(false);
         };
         Ok(self.cut("fit operand", |cutting| cutting.set_pose(id, pose)).unwrap_or(false))
+    }
+
+    /// Selects the object whose surface a ray meets first where the volume is, unless it is behind `opaque`, the point at
+    /// which the picture ends; whether there is one. Where there is none, what is selected stays so.
+    pub fn select_along(&mut self, ray: &Ray, opaque: Option<DVec3>) -> bool {
+        let volume = &self.volume().volume;
+        let voxel_from_world = volume.voxel_from_world();
+        let origin = voxel_from_world.transform_point3(ray.origin);
+        let direction = voxel_from_world.transform_vector3(ray.direction);
+        let Some(inside) = intersect_box(origin, direction, volume.extent()) else { return false };
+        // A cut surface is where opacity begins: just before it.
+        let slack = 0.5 * volume.spacing().min_element();
+        let end = opaque.map_or(f64::INFINITY, |p| (p - ray.origin).dot(ray.direction) + slack);
+        let Some(reach) = Segment::new(inside.t_near(), inside.t_far().min(end)) else { return false };
+        let find = |source: &_| self.solids.get(source);
+        let Some(id) = self.state().cutting.first_hit(ray, reach, &find) else { return false };
+        self.selected = Some(id);
+        true
     }
 
     /// Puts an operand back to where it would be without a pose.

@@ -166,6 +166,12 @@ impl Engines {
         running.engine.render(&view, &mut running.pace, hand_over)
     }
 
+    /// Has what is on the GPU made anew for the next picture: its shaders are others.
+    #[cfg(feature = "watch-shaders")]
+    pub(super) fn restart(&mut self) {
+        self.running.take_if(|running| running.engine.adapter().is_some());
+    }
+
     /// A whole picture, as good as it gets. `progress` is called with the finished share, 0..=1.
     ///
     /// # Errors

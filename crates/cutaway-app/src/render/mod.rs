@@ -15,6 +15,8 @@ pub mod engines;
 mod quality;
 mod service;
 pub mod thumbnails;
+#[cfg(feature = "watch-shaders")]
+mod watch;
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
@@ -93,25 +93,47 @@ impl Drop for RenderService {
 }
 
 impl Slot {
-    /// The next request; none when nobody will ask again.
-    fn next(&self) -> Option<(u64, Box<Request>)> {
+    /// Waits, and takes the request that has come, if that is why the wait ended; none when nobody will ask again.
+    fn next(&self) -> Option<Option<(u64, Box<Request>)>> {
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        loop {
-            if waiting.closed {
-                return None;
-            }
-            if let Some(request) = waiting.request.take() {
-                self.overtaken.store(false, Ordering::Relaxed);
-                return Some(request);
-            }
-            waiting = self.changed.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        if waiting.request.is_none() && !waiting.closed {
+            waiting = self.wait(waiting);
         }
+        if waiting.closed {
+            return None;
+        }
+        let request = waiting.request.take();
+        if request.is_some() {
+            self.overtaken.store(false, Ordering::Relaxed);
+        }
+        Some(request)
+    }
+
+    #[cfg(not(feature = "watch-shaders"))]
+    fn wait<'a>(&self, waiting: MutexGuard<'a, Waiting>) -> MutexGuard<'a, Waiting> {
+        self.changed.wait(waiting).unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Not for long: the shaders' files want to be looked at.
+    #[cfg(feature = "watch-shaders")]
+    fn wait<'a>(&self, waiting: MutexGuard<'a, Waiting>) -> MutexGuard<'a, Waiting> {
+        let interval = cutaway_gpu::ShaderWatch::INTERVAL;
+        self.changed.wait_timeout(waiting, interval).unwrap_or_else(PoisonError::into_inner).0
     }
 }
 
 fn serve(slot: &Slot, answers: &Sender<Answer>, wake: &dyn Fn()) {
     let mut engines = Engines::default();
-    while let Some((serial, request)) = slot.next() {
+    #[cfg(feature = "watch-shaders")]
+    let mut shaders = super::watch::Shaders::default();
+    while let Some(next) = slot.next() {
+        #[cfg(feature = "watch-shaders")]
+        let next = shaders.look(next, &mut engines, &mut |line| {
+            // Nobody listens once the window is closed.
+            let _ = answers.send(Err(line));
+            wake();
+        });
+        let Some((serial, request)) = next else { continue };
         let shared = slot.waiting.lock().unwrap_or_else(PoisonError::into_inner).shared.take();
         if let Some(gpu) = shared {
             engines = Engines::sharing(gpu);

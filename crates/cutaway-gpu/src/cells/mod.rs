@@ -50,6 +50,7 @@ use crate::ranges::BlockPipelines;
 use crate::raycast::{
     Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read_colors,
 };
+use crate::shaders::{Shader, shader};
 use grid::{GridBuffers, GridFrame};
 use mesh::GpuMesh;
 use pipelines::{Pipelines, Source, Variant, pass};
@@ -68,20 +69,17 @@ pub(crate) use {
 };
 
 /// The linked shaders.
-pub(crate) const DRAW_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_draw.wgsl"));
-pub(crate) const SELECT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_select.wgsl"));
-pub(crate) const PROJECT_GRID_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/cells_project_grid.wgsl"));
-pub(crate) const PROJECT_MESH_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/cells_project_mesh.wgsl"));
-pub(crate) const SORT_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_sort.wgsl"));
-pub(crate) const TILES_MESH_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_mesh.wgsl"));
-pub(crate) const TILES_GRID_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_grid.wgsl"));
-pub(crate) const TILES_BIN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_bin.wgsl"));
-pub(crate) const TILES_COMPOSITE_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_composite.wgsl"));
-pub(crate) const TILES_SHOW_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_tiles_show.wgsl"));
-pub(crate) const WIDEN_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/cells_widen.wgsl"));
+pub(crate) const DRAW_SHADER: Shader = shader!(cells::draw);
+pub(crate) const SELECT_SHADER: Shader = shader!(cells::select);
+pub(crate) const PROJECT_GRID_SHADER: Shader = shader!(cells::project_grid);
+pub(crate) const PROJECT_MESH_SHADER: Shader = shader!(cells::project_mesh);
+pub(crate) const SORT_SHADER: Shader = shader!(cells::sort);
+pub(crate) const TILES_MESH_SHADER: Shader = shader!(cells::tiles::mesh);
+pub(crate) const TILES_GRID_SHADER: Shader = shader!(cells::tiles::grid);
+pub(crate) const TILES_BIN_SHADER: Shader = shader!(cells::tiles::bin);
+pub(crate) const TILES_COMPOSITE_SHADER: Shader = shader!(cells::tiles::composite);
+pub(crate) const TILES_SHOW_SHADER: Shader = shader!(cells::tiles::show);
+pub(crate) const WIDEN_SHADER: Shader = shader!(cells::widen);
 
 /// The largest error of the psi table, of a mean transmittance of 0 to 1: for optical depths of up to 8, and of denser
 /// stretches.

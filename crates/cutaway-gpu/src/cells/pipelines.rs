@@ -292,13 +292,6 @@ impl Layouts {
     }
 }
 
-pub(super) fn module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
-    device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    })
-}
-
 pub(super) fn computed(
     device: &wgpu::Device,
     shader: &wgpu::ShaderModule,
@@ -338,10 +331,10 @@ impl Pipelines {
             });
             let blends = gpu.capabilities().float_blending;
             Self {
-                draw: module(device, "cells", super::DRAW_SHADER),
-                select: module(device, "select cells", super::SELECT_SHADER),
-                project_grid: module(device, "project cells", super::PROJECT_GRID_SHADER),
-                keep_grid: module(device, "tiles of a grid", super::TILES_GRID_SHADER),
+                draw: super::DRAW_SHADER.module(device),
+                select: super::SELECT_SHADER.module(device),
+                project_grid: super::PROJECT_GRID_SHADER.module(device),
+                keep_grid: super::TILES_GRID_SHADER.module(device),
                 mesh,
                 tiles,
                 widen: widen_pipeline(device, &layouts),
@@ -557,8 +550,8 @@ pub(super) fn bind_buffers(
 }
 
 fn mesh_pipelines(device: &wgpu::Device, layouts: &Layouts) -> MeshPipelines {
-    let project = module(device, "project mesh", super::PROJECT_MESH_SHADER);
-    let sort = module(device, "sort", super::SORT_SHADER);
+    let project = super::PROJECT_MESH_SHADER.module(device);
+    let sort = super::SORT_SHADER.module(device);
     let projected = |entry| {
         computed(device, &project, entry, &[None, Some(&layouts.project_mesh), Some(&layouts.tables)], &[])
     };
@@ -571,7 +564,7 @@ fn mesh_pipelines(device: &wgpu::Device, layouts: &Layouts) -> MeshPipelines {
 }
 
 fn widen_pipeline(device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipeline {
-    let shader = module(device, "widen", super::WIDEN_SHADER);
+    let shader = super::WIDEN_SHADER.module(device);
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("widen"),
         bind_group_layouts: &[Some(&layouts.widen)],

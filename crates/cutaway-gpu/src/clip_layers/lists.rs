@@ -147,10 +147,7 @@ fn pipeline(device: &wgpu::Device, layouts: &[&wgpu::BindGroupLayout]) -> wgpu::
         bind_group_layouts: &layouts,
         immediate_size: 0,
     });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("event lists"),
-        source: wgpu::ShaderSource::Wgsl(LISTS_SHADER.into()),
-    });
+    let module = LISTS_SHADER.module(device);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("event lists"),
         layout: Some(&layout),

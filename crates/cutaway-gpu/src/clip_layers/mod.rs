@@ -35,6 +35,7 @@ use cutaway_core::scene::Scene;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::raycast::{FrameUniforms, RayPlane};
+use crate::shaders::{Shader, shader};
 use buffers::{Counts, ListBuffers, SegmentBuffers};
 use clip::GpuClip;
 use leaf::View;
@@ -47,17 +48,15 @@ use peel::{PeelFrame, Peeler};
 pub(crate) use {leaf::Leaf, peel::PeeledMesh, sweep::OWN_WORDS, sweep::SweepUniforms};
 
 /// The linked shader that makes event lists.
-pub(crate) const LISTS_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/clip_layers_lists.wgsl"));
+pub(crate) const LISTS_SHADER: Shader = shader!(clip_layers::lists);
 /// The linked shader that sweeps over them.
-pub(crate) const SWEEP_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/clip_layers_sweep_lists.wgsl"));
+pub(crate) const SWEEP_SHADER: Shader = shader!(clip_layers::sweep_lists);
 /// The linked shader that peels meshes into layers.
-pub(crate) const PEEL_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/clip_layers_peel.wgsl"));
+pub(crate) const PEEL_SHADER: Shader = shader!(clip_layers::peel);
 /// The linked shader that counts what layers cover.
-pub(crate) const PEEL_COUNT_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/clip_layers_peel_count.wgsl"));
+pub(crate) const PEEL_COUNT_SHADER: Shader = shader!(clip_layers::peel_count);
 /// The linked shader that sweeps over layers.
-pub(crate) const SWEEP_PEEL_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/clip_layers_sweep_peel.wgsl"));
+pub(crate) const SWEEP_PEEL_SHADER: Shader = shader!(clip_layers::sweep_peel);
 
 /// What clipping a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

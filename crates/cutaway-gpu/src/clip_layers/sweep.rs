@@ -10,6 +10,7 @@ use super::clip::GpuClip;
 use super::{binding, storage};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::shaders::Shader;
 
 /// Events this near to each other, as a fraction of half the volume's diagonal, are one.
 ///
@@ -67,14 +68,11 @@ const STATE_BYTES: u64 = 64 << 20;
 
 impl Sweep {
     /// `source`: the types of bindings of group 2, from 0 on.
-    pub(crate) fn new(gpu: &Gpu, shader: &str, source: &[wgpu::BindingType]) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, shader: Shader, source: &[wgpu::BindingType]) -> Result<Self, GpuError> {
         use wgpu::ShaderStages as Stages;
         gpu.checked("the clip sweep's shader", || {
             let device = gpu.device();
-            let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("clip sweep"),
-                source: wgpu::ShaderSource::Wgsl(shader.into()),
-            });
+            let shader = shader.module(device);
             let layout = |types: &[wgpu::BindingType]| {
                 let entries: Vec<_> =
                     (0u32..).zip(types).map(|(i, ty)| binding(i, Stages::COMPUTE, *ty)).collect();

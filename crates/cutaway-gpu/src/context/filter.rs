@@ -10,9 +10,10 @@ use wgpu::util::DeviceExt;
 
 use super::Gpu;
 use crate::error::GpuError;
+use crate::shaders::{Shader, shader};
 
 /// The linked shader.
-pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/context_filter.wgsl"));
+pub(crate) const SHADER: Shader = shader!(context::filter);
 
 /// Largest error of a filter that is good enough, in units of the neighbours' difference: weights of eight bits, cut off,
 /// along three axes are 3/256; rounding values to the format's steps is 1/8 here.
@@ -128,10 +129,7 @@ struct Trial {
 impl Trial {
     fn new(gpu: &Gpu, places: &[[f32; 3]]) -> Self {
         let device = gpu.device();
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("filter"),
-            source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-        });
+        let shader = SHADER.module(device);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("filter"),
             layout: Some(&pipeline_layout(device)),

@@ -13,10 +13,11 @@ use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::proxy::{ViewUniforms, clip_from_world};
 use crate::raycast::FrameUniforms;
+use crate::shaders::{Shader, shader};
 
 /// The linked shaders.
-pub(crate) const SURFACE_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/geometry_surface.wgsl"));
-pub(crate) const BEHIND_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/geometry_behind.wgsl"));
+pub(crate) const SURFACE_SHADER: Shader = shader!(geometry::surface);
+pub(crate) const BEHIND_SHADER: Shader = shader!(geometry::behind);
 
 /// Premultiplied colour, and world distance from the eye.
 const FORMATS: [wgpu::TextureFormat; 2] = [wgpu::TextureFormat::Rgba32Float, wgpu::TextureFormat::R32Float];
@@ -288,15 +289,12 @@ impl Upload {
 
 fn pipeline(
     device: &wgpu::Device,
-    source: &'static str,
+    shader: Shader,
     [vertex, fragment]: [&str; 2],
     layouts: &[&wgpu::BindGroupLayout],
     surface: Option<(wgpu::VertexBufferLayout, wgpu::DepthStencilState)>,
 ) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(fragment),
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
+    let module = shader.module(device);
     let layouts: Vec<_> = layouts.iter().map(|l| Some(*l)).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(fragment),

@@ -32,6 +32,7 @@ mod ranges;
 mod uniforms;
 mod wireframe;
 
+use crate::shaders::{Shader, shader};
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 
 pub use geometry::ProxyCounts;
@@ -44,9 +45,9 @@ pub(crate) use uniforms::{ViewUniforms, clip_from_world};
 pub(crate) use wireframe::draw as draw_wireframe;
 
 /// The linked shaders.
-pub(crate) const CELLS_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/proxy_cells.wgsl"));
-pub(crate) const VIEW_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/proxy_view.wgsl"));
-pub(crate) const RANGE_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/proxy_range.wgsl"));
+pub(crate) const CELLS_SHADER: Shader = shader!(proxy::cells);
+pub(crate) const VIEW_SHADER: Shader = shader!(proxy::view);
+pub(crate) const RANGE_SHADER: Shader = shader!(proxy::range);
 
 /// How proxies are made and used. The default is right for rendering; the rest is for measurements and tests.
 #[derive(Clone, Debug, PartialEq, Eq)]

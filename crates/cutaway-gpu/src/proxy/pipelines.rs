@@ -58,7 +58,7 @@ impl ProxyPipelines {
         let view_layout = layout(&[(both, uniform), (wgpu::ShaderStages::VERTEX, read)]);
         let lines_layout = layout(&[(both, uniform), (wgpu::ShaderStages::VERTEX, read), (fragment, float)]);
         let range_layout = layout(&[uniform, float, float, float, uint, read].map(|ty| (fragment, ty)));
-        let view = module(device, "proxy view", VIEW_SHADER);
+        let view = VIEW_SHADER.module(device);
         let gather = match gathering {
             Gathering::Sorted => {
                 vec![
@@ -94,7 +94,7 @@ impl ProxyPipelines {
             depth: None,
         }
         .pipeline(device);
-        let range = module(device, "proxy range", RANGE_SHADER);
+        let range = RANGE_SHADER.module(device);
         let gathered = if gathering == Gathering::Sorted { "range_of_sorted" } else { "range_of_blended" };
         let range = ["range_of_all", gathered].map(|entry| {
             Drawing {
@@ -280,7 +280,7 @@ fn sorting(
 }
 
 fn compute_pipelines(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> [wgpu::ComputePipeline; 3] {
-    let module = module(device, "proxy cells", CELLS_SHADER);
+    let module = CELLS_SHADER.module(device);
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("proxy cells"),
         bind_group_layouts: &[Some(layout)],
@@ -295,13 +295,6 @@ fn compute_pipelines(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> [
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
         })
-    })
-}
-
-fn module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
-    device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(source.into()),
     })
 }
 

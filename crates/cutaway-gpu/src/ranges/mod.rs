@@ -17,6 +17,7 @@ use cutaway_core::volume::Volume;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 pub(crate) use levels::BlockLevels;
 pub(crate) use map::RangeMap;
@@ -25,8 +26,8 @@ pub(crate) use occupancy::OccupancyTask;
 pub(crate) use occupancy::{Criterion, Occupancy, read_words};
 
 /// The linked shaders.
-pub(crate) const RANGES_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/ranges_value_ranges.wgsl"));
-pub(crate) const OCCUPANCY_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/ranges_occupancy.wgsl"));
+pub(crate) const RANGES_SHADER: Shader = shader!(ranges::value_ranges);
+pub(crate) const OCCUPANCY_SHADER: Shader = shader!(ranges::occupancy);
 
 /// Voxels that a software adapter reads in 100 ms at the least (two cores), and a GPU.
 const VOXELS_AT_ONCE: [u64; 2] = [8_000_000, 1_000_000_000];
@@ -89,10 +90,7 @@ impl BlockPipelines {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let device = gpu.device();
         gpu.checked("the shaders of blocks", || {
-            let ranges = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("value ranges"),
-                source: wgpu::ShaderSource::Wgsl(RANGES_SHADER.into()),
-            });
+            let ranges = RANGES_SHADER.module(device);
             let layouts = [false, true].map(|filterable| {
                 let texture = wgpu::BindingType::Texture {
                     sample_type: wgpu::TextureSampleType::Float { filterable },

@@ -92,10 +92,7 @@ pub(crate) struct Pipelines {
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("occupancy"),
-            source: wgpu::ShaderSource::Wgsl(super::OCCUPANCY_SHADER.into()),
-        });
+        let shader = super::OCCUPANCY_SHADER.module(device);
         let bindings = [(0, UNIFORM), (1, storage(true)), (2, storage(true)), (3, storage(false))];
         let layout = layout(device, "occupancy", &bindings);
         let make = |entry| compute_pipeline(device, &shader, entry, &layout, &[]);

@@ -30,6 +30,7 @@ use crate::proxy::{
     draw_wireframe,
 };
 use crate::ranges::{BlockPipelines, GpuRanges};
+use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 pub use fetches::FetchCounts;
 pub use finish::ShownFrame;
@@ -49,7 +50,7 @@ pub(crate) use targets::{FORMATS, SAMPLES_AT_ONCE, Targets, tiles};
 pub(crate) use uniforms::{FrameUniforms, RayPlane, off_axis, rays_of};
 
 /// The linked shader.
-pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_raycast.wgsl"));
+pub(crate) const SHADER: Shader = shader!(raycast::raycast);
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

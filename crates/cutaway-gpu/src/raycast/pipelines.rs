@@ -100,10 +100,7 @@ impl Pipelines {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let device = gpu.device();
         gpu.checked("the ray caster's shader", || {
-            let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("raycast"),
-                source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-            });
+            let shader = SHADER.module(device);
             Self { shader, bindings: SceneBindings::new(gpu), made: Mutex::default() }
         })
     }

@@ -227,7 +227,7 @@ const EDGE_ENDS: [u32; 24] = [
 
     #[test]
     fn the_shader_has_the_same_edges() {
-        let text = SHADER.split_once("EDGES").expect("the table").1;
+        let text = SHADER.linked.split_once("EDGES").expect("the table").1;
         let (_, words) = text.split_once('(').expect("an array");
         let (words, _) = words.split_once(')').expect("its end");
         let words = words.split(',').map(|word| word.trim().trim_end_matches('u')).filter(|w| !w.is_empty());

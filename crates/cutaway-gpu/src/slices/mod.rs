@@ -45,6 +45,7 @@ use crate::raycast::{
     self, Finished, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, ShownFrame, Targets,
     cost_of_step,
 };
+use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 use octree::{Brick, Octree};
 use pipelines::{Made, Pipelines, Variant};
@@ -54,8 +55,8 @@ pub(crate) use planes::{BrickRecord, SliceUniforms};
 use targets::SliceTargets;
 
 /// The linked shaders.
-pub(crate) const SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/slices_slices.wgsl"));
-pub(crate) const DEVELOP_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/slices_develop.wgsl"));
+pub(crate) const SHADER: Shader = shader!(slices::slices);
+pub(crate) const DEVELOP_SHADER: Shader = shader!(slices::develop);
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

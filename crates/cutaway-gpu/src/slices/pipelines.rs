@@ -114,12 +114,6 @@ impl Pipelines {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         gpu.checked("the slice renderer's shaders", || {
             let device = gpu.device();
-            let shader = |label, source: &'static str| {
-                device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(label),
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                })
-            };
             let buffer =
                 |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
             let uniform = buffer(wgpu::BufferBindingType::Uniform);
@@ -131,8 +125,8 @@ impl Pipelines {
             };
             use wgpu::ShaderStages as Stages;
             Self {
-                slices: shader("slices", SHADER),
-                develop: shader("develop", DEVELOP_SHADER),
+                slices: SHADER.module(device),
+                develop: DEVELOP_SHADER.module(device),
                 bindings: SceneBindings::new(gpu),
                 slice_layout: layout(device, &[uniform, bricks], Stages::VERTEX_FRAGMENT),
                 develop_layout: layout(device, &[uniform, texture, texture], Stages::FRAGMENT),

@@ -1,7 +1,7 @@
 //! The pipelines that bin and draw tiles.
 
 use super::super::pipelines::{
-    COMPUTE, FRAGMENT, Variant, computed, group_layout, module, storage, texture, uniform,
+    COMPUTE, FRAGMENT, Variant, computed, group_layout, storage, texture, uniform,
 };
 use super::super::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER};
 
@@ -98,9 +98,9 @@ impl TilePipelines {
         tables: &wgpu::BindGroupLayout,
     ) -> Self {
         let layouts = TileLayouts::new(device);
-        let mesh = module(device, "tiles of a mesh", TILES_MESH_SHADER);
-        let bin = module(device, "bins", TILES_BIN_SHADER);
-        let composite = module(device, "tiles", TILES_COMPOSITE_SHADER);
+        let mesh = TILES_MESH_SHADER.module(device);
+        let bin = TILES_BIN_SHADER.module(device);
+        let composite = TILES_COMPOSITE_SHADER.module(device);
         let of_mesh =
             |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
         let of_lists = |entry| computed(device, &bin, entry, &[Some(&layouts.lists)], &[]);
@@ -128,7 +128,7 @@ impl TilePipelines {
 }
 
 fn show_pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
-    let shader = module(device, "image in tiles", TILES_SHOW_SHADER);
+    let shader = TILES_SHOW_SHADER.module(device);
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("image in tiles"),
         bind_group_layouts: &[Some(layout)],

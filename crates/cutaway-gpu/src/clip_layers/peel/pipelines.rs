@@ -39,13 +39,7 @@ impl Pipelines {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let device = gpu.device();
         gpu.checked("the shaders of depth peeling", || {
-            let module = |label, source: &'static str| {
-                device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(label),
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                })
-            };
-            let shader = module("peel", PEEL_SHADER);
+            let shader = PEEL_SHADER.module(device);
             let layouts = layouts(device);
             let count_layout = count_layout(device);
             let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -56,7 +50,7 @@ impl Pipelines {
             let count = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some("count layers"),
                 layout: Some(&layout),
-                module: &module("count layers", PEEL_COUNT_SHADER),
+                module: &PEEL_COUNT_SHADER.module(device),
                 entry_point: Some("count_layer"),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,

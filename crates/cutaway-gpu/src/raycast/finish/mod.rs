@@ -14,11 +14,12 @@ use cutaway_core::scene::{ImageInterpolation, Mode, Scene};
 use super::targets::Targets;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::shaders::{Shader, shader};
 use passes::{Passes, SHOWN, texture};
 
 /// The linked shaders.
-pub(crate) const FILL_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_finish_fill.wgsl"));
-pub(crate) const BLUR_SHADER: &str = include_str!(concat!(env!("OUT_DIR"), "/raycast_finish_blur.wgsl"));
+pub(crate) const FILL_SHADER: Shader = shader!(raycast::finish::fill);
+pub(crate) const BLUR_SHADER: Shader = shader!(raycast::finish::blur);
 
 /// `Fill` in `fill.wgsl`.
 #[repr(C)]

@@ -4,6 +4,7 @@ use super::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::raycast::targets::tiles;
+use crate::shaders::Shader;
 
 /// A pipeline a pass.
 #[derive(Debug)]
@@ -108,15 +109,12 @@ fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
 impl Pass {
     fn new(
         device: &wgpu::Device,
-        source: &str,
+        shader: Shader,
         entry_point: &str,
         types: [wgpu::BindingType; 3],
         formats: &[wgpu::TextureFormat],
     ) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(entry_point),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
+        let module = shader.module(device);
         let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
             .zip(types)
             .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {

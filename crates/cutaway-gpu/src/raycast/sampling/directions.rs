@@ -7,11 +7,11 @@ use cutaway_core::volume::Volume;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 
 /// The linked shader.
-pub(crate) const DIRECTIONS_SHADER: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/raycast_sampling_directions.wgsl"));
+pub(crate) const DIRECTIONS_SHADER: Shader = shader!(raycast::sampling::directions);
 
 /// A byte a component, of which the fourth is unused: the smallest format that every device can write and filter.
 pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Snorm;
@@ -96,10 +96,7 @@ fn vanishing_difference(source: &Volume, volume: &GpuVolume) -> f32 {
 }
 
 fn pipeline(device: &wgpu::Device) -> wgpu::ComputePipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("directions"),
-        source: wgpu::ShaderSource::Wgsl(DIRECTIONS_SHADER.into()),
-    });
+    let module = DIRECTIONS_SHADER.module(device);
     let types = [
         wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Uniform,
