@@ -325,8 +325,8 @@ impl Volume {
                 bytes.par_chunks_mut(CHUNK).for_each(|c| c.iter_mut().for_each(|b| *b ^= 0x80));
                 Stored::exact(Voxels::U8(bytes), I8_OFFSET)
             }
-            VoxelType::U16 => Stored::exact(Voxels::U16(words(&bytes, endian, 0)), 0.0),
-            VoxelType::I16 => Stored::exact(Voxels::U16(words(&bytes, endian, 0x8000)), I16_OFFSET),
+            VoxelType::U16 => Stored::exact(Voxels::U16(words(bytes, endian, 0)), 0.0),
+            VoxelType::I16 => Stored::exact(Voxels::U16(words(bytes, endian, 0x8000)), I16_OFFSET),
             VoxelType::U32 => store::<u32>(typed(&bytes)),
             VoxelType::I32 => store::<i32>(typed(&bytes)),
             VoxelType::U64 => store::<u64>(typed(&bytes)),
@@ -507,20 +507,33 @@ impl Stored {
 /// Elements that a thread works on at a time.
 const CHUNK: usize = 1 << 18;
 
+/// Elements of which two copies are in memory at a time.
+const PIECE: usize = 1 << 23;
+
 /// What is added to the stored number of a signed voxel: flipping its highest bit made it unsigned.
 const I8_OFFSET: f64 = -128.0;
 const I16_OFFSET: f64 = -32768.0;
 
 /// 16-bit voxels from a file's bytes, `flip` exclusive-ored to each.
-fn words(bytes: &[u8], endian: Endian, flip: u16) -> Vec<u16> {
+fn words(mut bytes: Vec<u8>, endian: Endian, flip: u16) -> Vec<u16> {
     let mut words = vec![0u16; bytes.len() / 2];
-    words.par_chunks_mut(CHUNK).zip(bytes.par_chunks(2 * CHUNK)).for_each(|(words, bytes)| {
-        let pairs = words.iter_mut().zip(bytes.chunks_exact(2));
-        match endian {
-            Endian::Little => pairs.for_each(|(w, b)| *w = u16::from_le_bytes([b[0], b[1]]) ^ flip),
-            Endian::Big => pairs.for_each(|(w, b)| *w = u16::from_be_bytes([b[0], b[1]]) ^ flip),
-        }
-    });
+    // From the end on, giving back what was read: the two are hardly ever in memory together, for the zeros of `words` take
+    // none before they are written.
+    let mut end = words.len();
+    while end > 0 {
+        let begin = end.saturating_sub(PIECE);
+        let piece = words[begin..end].par_chunks_mut(CHUNK).zip(bytes[2 * begin..].par_chunks(2 * CHUNK));
+        piece.for_each(|(words, bytes)| {
+            let pairs = words.iter_mut().zip(bytes.chunks_exact(2));
+            match endian {
+                Endian::Little => pairs.for_each(|(w, b)| *w = u16::from_le_bytes([b[0], b[1]]) ^ flip),
+                Endian::Big => pairs.for_each(|(w, b)| *w = u16::from_be_bytes([b[0], b[1]]) ^ flip),
+            }
+        });
+        bytes.truncate(2 * begin);
+        bytes.shrink_to_fit();
+        end = begin;
+    }
     words
 }
 
@@ -666,6 +679,14 @@ mod tests {
         for v in [little.unwrap(), big.unwrap()] {
             assert_eq!([v.value_clamped(0, 0, 0), v.value_clamped(1, 0, 0)], [-1000.0, 258.0]);
         }
+    }
+
+    #[test]
+    fn words_of_many_pieces_are_all_there() {
+        let expected: Vec<u16> = (0..PIECE + CHUNK + 3).map(|i| (i * 40_503 % 65_536) as u16).collect();
+        let bytes: Vec<u8> = expected.iter().flat_map(|w| (w ^ 0x8000).to_be_bytes()).collect();
+        assert!(words(bytes, Endian::Big, 0x8000) == expected);
+        assert_eq!(words(Vec::new(), Endian::Little, 0), []);
     }
 
     #[test]

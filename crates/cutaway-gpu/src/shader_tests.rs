@@ -394,5 +394,5 @@ fn what_cells_are_told_matches_their_shaders() {
     }
     let spans = module(crate::cells::TILES_MESH_SHADER);
     assert_layout!(spans, "MeshSpan", MeshTask { first, end, depth_least, depth_scale });
-    assert_layout!(module(crate::cells::SORT_SHADER), "SortTask", SortTask { count, run, shift, reserved });
+    assert_layout!(module(crate::cells::SORT_SHADER), "SortTask", SortTask { count, run, shift, runs });
 }

@@ -53,7 +53,7 @@ const STANDING: Duration = Duration::from_millis(70);
 const MOVING_SPACING: u32 = 8;
 
 /// What of the moving budget is left for casting: making an image of what was cast and showing it takes the rest.
-const CASTING_SHARE: f64 = 0.45;
+const CASTING_SHARE: f64 = 0.3;
 
 /// Straight RGB of the proxy geometry's edges: seen against bone, skin and nothing.
 const WIREFRAME: [f32; 3] = [0.1, 0.9, 0.4];

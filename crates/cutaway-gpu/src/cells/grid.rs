@@ -147,7 +147,8 @@ impl GridBuffers {
         for chunk in (0..occupied.div_ceil(self.chunk)).rev() {
             let first = chunk * self.chunk;
             let count = self.chunk.min(occupied - first);
-            self.draw_chunk_in_tiles(drawing, &steps, &SelectTask { first, count, ..task }, tiles)?;
+            let task = SelectTask { first, count, ..task };
+            self.draw_chunk_in_tiles(drawing, &steps, &task, count == occupied, tiles)?;
             progress(1.0 - first as f32 / occupied as f32);
         }
         self.drawn(gpu)
@@ -158,6 +159,7 @@ impl GridBuffers {
         drawing: &Drawing,
         steps: &GridPipelines,
         task: &SelectTask,
+        alone: bool,
         tiles: &mut TileBuffers,
     ) -> Result<(), GpuError> {
         let gpu = drawing.gpu;
@@ -184,7 +186,7 @@ impl GridBuffers {
             pass.set_bind_group(0, drawing.scene, &[]);
             pass.set_bind_group(1, &group, &[]);
         };
-        tiles.draw(drawing, total, &keep, &|_| {})?;
+        tiles.draw(drawing, total, alone, &keep, &|_| {})?;
         drawing.end_of_drawing()
     }
 

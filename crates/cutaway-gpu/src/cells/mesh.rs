@@ -5,13 +5,17 @@ use cutaway_core::glam::{DAffine3, DVec3};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 
 use super::pipelines::{bind, bind_buffers, pass};
+use super::tables::{BinSpan, Tables};
 use super::tiles::TileBuffers;
 use super::{Drawing, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
 
-/// Threads that sort, as `RUNS` in `sort.wgsl`.
-const RUNS: u32 = 1024;
+/// Threads that sort: few of a software adapter, for each has counters of its own; but some of those end a shader's loops
+/// after 65,535 rounds, and each thread goes through its keys in one.
+fn sort_runs(gpu: &Gpu, cells: u64) -> u32 {
+    if gpu.adapter().software && cells < 1 << 22 { 128 } else { 1024 }
+}
 
 /// Passes of 8 bits each.
 const DIGITS: u32 = 3;
@@ -42,7 +46,7 @@ pub(crate) struct SortTask {
     pub(crate) count: u32,
     pub(crate) run: u32,
     pub(crate) shift: u32,
-    pub(crate) reserved: u32,
+    pub(crate) runs: u32,
 }
 
 /// A mesh on the device, with what a frame makes of it.
@@ -65,6 +69,22 @@ pub(super) struct GpuMesh {
     indices: wgpu::Buffer,
     nothing: wgpu::Buffer,
     at_once: u32,
+    runs: u32,
+    /// Which values are in each tetrahedron.
+    spans: Vec<BinSpan>,
+}
+
+/// The tetrahedra of a mesh that a transfer function shows anything of.
+#[derive(Debug)]
+pub(super) struct VisibleCells {
+    count: u32,
+    cells: wgpu::Buffer,
+}
+
+impl VisibleCells {
+    pub(super) fn bytes(&self) -> u64 {
+        self.cells.size()
+    }
 }
 
 impl GpuMesh {
@@ -81,6 +101,12 @@ impl GpuMesh {
             return Err(GpuError::MeshTooLarge { cells, most: most / RECORD });
         }
         let attributes = attributes(mesh, &bin_of);
+        let span_of = |corners: &[u32; 4]| {
+            let values = corners.map(|corner| bin_of(mesh.values()[corner as usize]));
+            let least = values.into_iter().fold(f32::INFINITY, f32::min);
+            BinSpan::of(least, values.into_iter().fold(f32::NEG_INFINITY, f32::max))
+        };
+        let spans = mesh.cells().iter().map(span_of).collect();
         let middle = middle(mesh.bounds());
         let values = mesh.values().iter().map(|v| bin_of(*v));
         let places: Vec<[f32; 4]> = mesh
@@ -89,6 +115,7 @@ impl GpuMesh {
             .zip(values)
             .map(|(p, v)| (*p - middle).as_vec3().extend(v).to_array())
             .collect();
+        let runs = sort_runs(gpu, cells);
         let at_once = DRAWN_AT_ONCE[usize::from(!gpu.adapter().software)].min(cells as u32);
         gpu.checked("the mesh of cells", || {
             use wgpu::BufferUsages as Usage;
@@ -112,15 +139,33 @@ impl GpuMesh {
                 projected: make("projected points", 16 * points, Usage::empty()),
                 records: make("records", RECORD * cells, Usage::empty()),
                 keys: [0, 1].map(|_| make("keys", 8 * cells, Usage::empty())),
-                counts: make("digits of runs", 4 * 256 * u64::from(RUNS), Usage::empty()),
+                counts: make("digits of runs", 4 * 256 * u64::from(runs), Usage::empty()),
                 totals: make("digits", 4 * 256, Usage::empty()),
                 order: make("order", 4 * cells, Usage::empty()),
                 draws: make("draws", 16 + 20 * draws, Usage::INDIRECT | Usage::COPY_SRC | Usage::COPY_DST),
                 indices: indices(gpu, u64::from(at_once)),
                 nothing: make("nothing", 12 * 64, Usage::UNIFORM),
                 at_once,
+                runs,
+                spans,
             }
         })
+    }
+
+    /// The tetrahedra that a transfer function shows anything of.
+    pub(super) fn visible(&self, gpu: &Gpu, tables: &Tables) -> Result<VisibleCells, GpuError> {
+        let mut visible: Vec<u32> = (0u32..)
+            .zip(&self.spans)
+            .filter(|(_, span)| tables.shows(**span))
+            .map(|(cell, _)| cell)
+            .collect();
+        let count = visible.len() as u32;
+        // A buffer of nothing cannot be bound.
+        visible.resize(visible.len().max(1), 0);
+        let bytes = bytemuck::cast_slice(&visible);
+        let cells =
+            gpu.checked("visible cells", || gpu.buffer("visible", bytes, wgpu::BufferUsages::STORAGE))?;
+        Ok(VisibleCells { count, cells })
     }
 
     /// Where the space of its points is.
@@ -153,7 +198,7 @@ impl GpuMesh {
     ) -> Result<u64, GpuError> {
         let gpu = drawing.gpu;
         self.project(drawing, view)?;
-        self.sort(drawing)?;
+        self.sort(drawing, self.cells)?;
         drawing.end_of_setup()?;
         let pipeline = drawing.pipelines.drawing(gpu, drawing.variant)?;
         let draws = self.cells.div_ceil(self.at_once);
@@ -190,6 +235,7 @@ impl GpuMesh {
         &self,
         drawing: &Drawing,
         view: &View,
+        visible: &VisibleCells,
         tiles: &mut TileBuffers,
         progress: &dyn Fn(f32),
     ) -> Result<u64, GpuError> {
@@ -197,13 +243,17 @@ impl GpuMesh {
         let steps = &drawing.pipelines.tiles;
         let [least, greatest] = self.depths(view);
         let depth_scale = 1.0 / (greatest - least).max(f64::MIN_POSITIVE);
-        for first in (0..self.cells).step_by(PROJECTED_AT_ONCE as usize) {
-            let end = self.cells.min(first + PROJECTED_AT_ONCE);
+        for first in (0..visible.count).step_by(PROJECTED_AT_ONCE as usize) {
+            let end = visible.count.min(first + PROJECTED_AT_ONCE);
             let task = MeshTask { first, end, depth_least: least as f32, depth_scale: depth_scale as f32 };
             gpu.checked("ordering cells", || {
                 let task = gpu.buffer("task", bytemuck::bytes_of(&task), wgpu::BufferUsages::UNIFORM);
-                let resources = [(3, &self.corners), (4, &self.places), (6, &self.keys[0]), (7, &task)];
-                let resources = resources.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+                let keys = [(6, &self.keys[0]), (7, &task), (8, &visible.cells)];
+                let resources = [[(3, &self.corners), (4, &self.places)].as_slice(), &keys].concat();
+                let resources: Vec<_> = resources
+                    .into_iter()
+                    .map(|(binding, buffer)| (binding, buffer.as_entire_binding()))
+                    .collect();
                 let group = bind(gpu, &steps.layouts.key_mesh, &resources);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -217,7 +267,7 @@ impl GpuMesh {
                 gpu.queue().submit([encoder.finish()]);
             })?;
         }
-        self.sort(drawing)?;
+        self.sort(drawing, visible.count)?;
         let total = crate::ranges::read_words(gpu, &self.draws, 0..4)?[0];
         drawing.end_of_setup()?;
         let keep = |pass: &mut wgpu::ComputePass, entries: &[wgpu::BindGroupEntry]| {
@@ -234,7 +284,7 @@ impl GpuMesh {
             pass.set_pipeline(&steps.keep_mesh);
             pass.set_bind_group(1, &group, &[]);
         };
-        tiles.draw(drawing, total, &keep, progress)?;
+        tiles.draw(drawing, total, true, &keep, progress)?;
         Ok(u64::from(total))
     }
 
@@ -284,9 +334,11 @@ impl GpuMesh {
         [row.w - reach, row.w + reach]
     }
 
-    fn sort(&self, drawing: &Drawing) -> Result<(), GpuError> {
+    /// Sorts the first `count` keys.
+    fn sort(&self, drawing: &Drawing, count: u32) -> Result<(), GpuError> {
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.mesh.sort;
+        let runs = self.runs;
         gpu.checked("sorting cells", || {
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.clear_buffer(&self.draws, 0, None);
@@ -302,14 +354,13 @@ impl GpuMesh {
                     pass.dispatch_workgroups(threads.div_ceil(64), 1, 1);
                 }
             };
-            let sorting =
-                SortTask { count: self.cells, run: self.cells.div_ceil(RUNS), ..SortTask::zeroed() };
+            let sorting = SortTask { count, run: count.div_ceil(runs), shift: 0, runs };
             for digit in 0..DIGITS {
                 let task = SortTask { shift: 8 * digit, ..sorting };
-                run(task, digit as usize % 2, &[(0, RUNS), (1, 256), (2, RUNS)]);
+                run(task, digit as usize % 2, &[(0, runs), (1, 256), (2, runs)]);
             }
             let from = DIGITS as usize % 2;
-            run(sorting, from, &[(3, RUNS)]);
+            run(sorting, from, &[(3, runs)]);
             let draws = self.cells.div_ceil(self.at_once);
             run(SortTask { run: self.at_once, shift: draws, ..sorting }, from, &[(4, draws)]);
             gpu.queue().submit([encoder.finish()]);

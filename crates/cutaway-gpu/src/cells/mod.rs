@@ -52,7 +52,7 @@ use crate::raycast::{
 };
 use crate::shaders::{Shader, shader};
 use grid::{GridBuffers, GridFrame};
-use mesh::GpuMesh;
+use mesh::{GpuMesh, VisibleCells};
 use pipelines::{Pipelines, Source, Variant, pass};
 use tables::Tables;
 use tiles::TileBuffers;
@@ -204,6 +204,8 @@ impl PreparedCells {
 pub struct CellClassification {
     classification: GpuClassification,
     tables: Tables,
+    /// Of a mesh.
+    visible: Option<VisibleCells>,
 }
 
 /// What a frame's draws share.
@@ -212,6 +214,8 @@ struct Drawing<'a> {
     pipelines: &'a Pipelines,
     variant: Variant,
     target: &'a wgpu::TextureView,
+    /// The frame's colours, which the target may be a narrower form of.
+    colors: &'a wgpu::TextureView,
     scene: &'a wgpu::BindGroup,
     image: &'a wgpu::BindGroup,
     tables: &'a wgpu::BindGroup,
@@ -289,7 +293,8 @@ impl CellRenderer {
         let (ranges, voxels) = (cells.volume.ranges(), cells.volume.voxels());
         let classification = GpuClassification::new(&self.gpu, &self.blocks, ranges, voxels, scene)?;
         let tables = Tables::new(&self.gpu, scene, voxels.texels())?;
-        Ok(CellClassification { classification, tables })
+        let visible = cells.mesh.as_ref().map(|mesh| mesh.visible(&self.gpu, &tables)).transpose()?;
+        Ok(CellClassification { classification, tables, visible })
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
@@ -400,6 +405,7 @@ impl CellRenderer {
             pipelines: &self.pipelines,
             variant: Variant::of(gpu, scene, voxels, source, self.options),
             target: &target,
+            colors: &targets.views()[0],
             scene: &scene_group,
             image: &image_group,
             tables: &tables_group,
@@ -407,21 +413,19 @@ impl CellRenderer {
             timing: self.options.timed.then_some(&timing),
         };
         drawing.restart();
-        let (drawn, bytes) = match &cells.mesh {
-            Some(mesh) if in_tiles => {
-                let (drawn, bytes) = self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
-                    mesh.draw_tiles(&drawing, &view, tiles, progress)
+        let (drawn, bytes) = match (&cells.mesh, &classification.visible) {
+            (Some(mesh), Some(visible)) if in_tiles => {
+                let (drawn, bytes) = self.draw_tiles(&drawing, size, |tiles| {
+                    mesh.draw_tiles(&drawing, &view, visible, tiles, progress)
                 })?;
-                (drawn, bytes + mesh.bytes())
+                (drawn, bytes + mesh.bytes() + visible.bytes())
             }
-            Some(mesh) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
-            None => self.draw_grid(&drawing, &view, cells, classification, |grid, frame| {
+            (Some(mesh), _) => (mesh.draw(&drawing, &view, progress)?, mesh.bytes()),
+            (None, _) => self.draw_grid(&drawing, &view, cells, classification, |grid, frame| {
                 if !in_tiles {
                     return Ok((grid.draw(&drawing, frame, progress)?, 0));
                 }
-                self.draw_tiles(&drawing, size, &targets.views()[0], |tiles| {
-                    grid.draw_tiles(&drawing, frame, tiles, progress)
-                })
+                self.draw_tiles(&drawing, size, |tiles| grid.draw_tiles(&drawing, frame, tiles, progress))
             })?,
         };
         if self.pipelines.target() != wgpu::TextureFormat::Rgba32Float && !in_tiles {
@@ -460,7 +464,6 @@ impl CellRenderer {
         &self,
         drawing: &Drawing,
         size: [u32; 2],
-        target: &wgpu::TextureView,
         draw: impl FnOnce(&mut TileBuffers) -> Result<u64, GpuError>,
     ) -> Result<(u64, u64), GpuError> {
         let mut kept = self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
@@ -468,9 +471,9 @@ impl CellRenderer {
             Some(tiles) => tiles,
             None => TileBuffers::new(&self.gpu, size)?,
         };
-        tiles.clear(&self.gpu)?;
+        tiles.begin();
         let drawn = draw(&mut tiles)?;
-        tiles.show(drawing, target)?;
+        tiles.show(drawing)?;
         let bytes = tiles.bytes();
         *kept = Some(tiles);
         Ok((drawn, bytes))

@@ -1,13 +1,14 @@
-// A stable radix sort of 24-bit keys, 8 bits at a time. Each of RUNS threads owns a run of neighbouring keys, which it counts
+// A stable radix sort of 24-bit keys, 8 bits at a time. Each of `runs` threads owns a run of neighbouring keys, which it counts
 // and later moves by itself, in order: no key waits for another, and the order is the same in every frame.
 
-// The host's side is `SortTask` in cells/sort.rs.
+// The host's side is `SortTask` in cells/mesh.rs.
 struct SortTask {
     count: u32,
     // Keys of a thread.
     run: u32,
     shift: u32,
-    reserved: u32,
+    // How many threads there are.
+    runs: u32,
 }
 
 @group(0) @binding(0) var<uniform> task: SortTask;
@@ -19,7 +20,6 @@ struct SortTask {
 @group(0) @binding(4) var<storage, read_write> totals: array<u32>;
 
 const DIGITS = 256u;
-const RUNS = 1024u;
 const NOT_DRAWN = 0xffffffu;
 
 fn digit_of(key: u32) -> u32 {
@@ -29,11 +29,11 @@ fn digit_of(key: u32) -> u32 {
 @compute @workgroup_size(64)
 fn count_digits(@builtin(global_invocation_id) id: vec3u) {
     for (var digit = 0u; digit < DIGITS; digit += 1u) {
-        counts[digit * RUNS + id.x] = 0u;
+        counts[digit * task.runs + id.x] = 0u;
     }
     let end = min((id.x + 1u) * task.run, task.count);
     for (var i = id.x * task.run; i < end; i += 1u) {
-        counts[digit_of(from_keys[i].x) * RUNS + id.x] += 1u;
+        counts[digit_of(from_keys[i].x) * task.runs + id.x] += 1u;
     }
 }
 
@@ -41,9 +41,9 @@ fn count_digits(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(64)
 fn sum_digits(@builtin(global_invocation_id) id: vec3u) {
     var sum = 0u;
-    for (var run = 0u; run < RUNS; run += 1u) {
-        let count = counts[id.x * RUNS + run];
-        counts[id.x * RUNS + run] = sum;
+    for (var run = 0u; run < task.runs; run += 1u) {
+        let count = counts[id.x * task.runs + run];
+        counts[id.x * task.runs + run] = sum;
         sum += count;
     }
     totals[id.x] = sum;
@@ -54,13 +54,13 @@ fn move_keys(@builtin(global_invocation_id) id: vec3u) {
     // Where each digit begins, for all that this thread owns.
     var begin = 0u;
     for (var digit = 0u; digit < DIGITS; digit += 1u) {
-        counts[digit * RUNS + id.x] += begin;
+        counts[digit * task.runs + id.x] += begin;
         begin += totals[digit];
     }
     let end = min((id.x + 1u) * task.run, task.count);
     for (var i = id.x * task.run; i < end; i += 1u) {
         let key = from_keys[i];
-        let slot = digit_of(key.x) * RUNS + id.x;
+        let slot = digit_of(key.x) * task.runs + id.x;
         to_keys[counts[slot]] = key;
         counts[slot] += 1u;
     }

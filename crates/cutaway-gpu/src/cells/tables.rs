@@ -45,10 +45,24 @@ pub(crate) struct Tables {
     pub(crate) integrals: wgpu::Buffer,
     /// The pieces as texels, in rows: many threads at a time look them up there faster.
     pub(crate) piece_texels: wgpu::TextureView,
+    /// Of each bin, and of the end, how many before it can be visible.
+    visible_before: Vec<u32>,
     piece_last: u32,
     value_offset: f32,
     value_scale: f32,
     per_unit: f32,
+}
+
+/// The bins that values between two meet, from the first to before the second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct BinSpan([u16; 2]);
+
+impl BinSpan {
+    /// Of values in bins, as `any_visible` in `pieces.wgsl`.
+    pub(super) fn of(least: f32, most: f32) -> Self {
+        let first = least.clamp(0.0, BINS as f32 - 1.0) as u16;
+        Self([first, most.ceil().clamp(f32::from(first) + 1.0, BINS as f32) as u16])
+    }
 }
 
 /// From values to bins of a volume's range.
@@ -88,6 +102,7 @@ impl Tables {
             bins: bins_on,
             integrals,
             piece_texels,
+            visible_before: bins.iter().map(|bin| bin[0]).collect(),
             piece_last: pieces.len() as u32 - 1,
             value_offset: texels.texel(lo) as f32,
             value_scale: value_scale as f32,
@@ -100,6 +115,11 @@ impl Tables {
         view.value_scale = self.value_scale;
         view.per_unit = self.per_unit;
         view.piece_last = self.piece_last;
+    }
+
+    /// Whether anything of a span can be visible.
+    pub(super) fn shows(&self, BinSpan([first, end]): BinSpan) -> bool {
+        self.visible_before[usize::from(end)] > self.visible_before[usize::from(first)]
     }
 
     pub(crate) fn bytes(&self) -> u64 {

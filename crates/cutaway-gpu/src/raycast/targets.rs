@@ -20,6 +20,11 @@ impl Targets {
         check_size(gpu, size)?;
         let textures = gpu.checked("the image", || {
             FORMATS.map(|format| {
+                // Cells may be composited by compute shaders.
+                let stored = match format {
+                    wgpu::TextureFormat::Rgba32Float => wgpu::TextureUsages::STORAGE_BINDING,
+                    _ => wgpu::TextureUsages::empty(),
+                };
                 gpu.device().create_texture(&wgpu::TextureDescriptor {
                     label: Some("image"),
                     size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -30,7 +35,8 @@ impl Targets {
                     usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                         | wgpu::TextureUsages::TEXTURE_BINDING
                         | wgpu::TextureUsages::COPY_SRC
-                        | wgpu::TextureUsages::COPY_DST,
+                        | wgpu::TextureUsages::COPY_DST
+                        | stored,
                     view_formats: &[],
                 })
             })

@@ -80,7 +80,7 @@ fn texel(index: u32) -> vec4u {
     return textureLoad(records, vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS), 0);
 }
 
-@compute @workgroup_size(32)
+@compute @workgroup_size(16)
 fn list_runs(@builtin(global_invocation_id) id: vec3u) {
     let run = id.x;
     if run >= task.runs {

@@ -20,14 +20,19 @@ import package::shared::ray::ray_of;
 @group(1) @binding(6) var piece_texels: texture_2d<f32>;
 // Premultiplied colour and opacity of what is in front: by tile, part and pixel.
 @group(1) @binding(7) var<storage, read_write> image: array<vec4f>;
-
-// What still comes through where nothing more is looked for.
-const OPAQUE_BELOW = 1e-4;
+// What is shown, where all is drawn at once.
+@group(1) @binding(8) var shown: texture_storage_2d<rgba32float, write>;
 
 // Entries of a list that are drawn at once: some drivers end a shader's loops after 65,535 rounds, all loops together.
 const WINDOW = 2048u;
 
+// Workgroups along y are 2 to this power, as in tiles/mod.rs.
+const LIST_PARTS = 5u;
+
 override PARALLEL: bool = false;
+
+// Whether nothing is drawn before or after: pixels begin empty, and go to where they are shown.
+override WHOLE: bool = false;
 
 // What eight pixels integrate at a time.
 struct Slab {
@@ -71,17 +76,24 @@ fn piece_of(index: u32) -> Piece {
 // As `of_piece` in `integral.wgsl`, of shares of the piece, with one logarithm: by Simpson's rule the mean extinction is that
 // of a product. The rise of the extinction along the stretch is a series, off by at most 3 % where opacity changes by 0.9.
 fn of_stretch(piece: Piece, x: f32, y: f32, length: f32) -> vec4f {
-    let front = max(1.0 - (piece.low.w + x * piece.rise.w), 1e-6);
-    let back = max(1.0 - (piece.low.w + y * piece.rise.w), 1e-6);
+    let front = greater(1.0 - (piece.low.w + x * piece.rise.w), 1e-6);
+    let back = greater(1.0 - (piece.low.w + y * piece.rise.w), 1e-6);
     let middle = 0.5 * (front + back);
     let square = middle * middle;
     let mean = log(front * back * square * square) * (-1.0 / 6.0);
     let depth = mean * length;
     let alpha = 1.0 - exp(-depth);
-    let change = 0.5 * (front - back) / middle;
+    // The place is (12 + depth) / (24 + depth (6 + depth)) + rise / (mean (12 + depth)); all that is divided by at once, for
+    // nothing here takes longer. From a depth of 100 on nothing comes through.
+    let bounded = lesser(depth, 1e4);
+    let near_part = 12.0 + bounded;
+    let far_part = 24.0 + bounded * (6.0 + bounded);
+    let scale = near_part * greater(mean, 1e-12);
+    let inverse = 1.0 / (middle * far_part * scale);
+    let change = 0.5 * (front - back) * (far_part * scale * inverse);
     let squared = change * change;
-    let rise = 2.0 * change * (1.0 + squared * (1.0 / 3.0 + squared * (0.2 + squared / 7.0)));
-    let place = (12.0 + depth) / (24.0 + depth * (6.0 + depth)) + rise / (max(mean, 1e-12) * (12.0 + depth));
+    let rise = 2.0 * change * (1.0 + squared * (1.0 / 3.0 + squared * (0.2 + squared * (1.0 / 7.0))));
+    let place = (near_part * scale + rise * far_part) * (middle * inverse);
     return vec4f((piece.low.xyz + (x + (y - x) * place) * piece.rise.xyz) * alpha, alpha);
 }
 
@@ -114,8 +126,11 @@ fn behind(front: Pixel, slab: Slab, pixel: vec2f, per_depth: f32) -> Pixel {
         let inside = slab.entries == 0u;
         e_far = select(e_far, lesser(e_far, z0), inside);
         e_near = greater(select(e_near, nearest(), inside), nearest());
-        let w_near = 1.0 / (1.0 - e_near * view.inverse);
-        let w_far = 1.0 / greater(1.0 - e_far * view.inverse, 1e-30);
+        let near_inverse = 1.0 - e_near * view.inverse;
+        let far_inverse = greater(1.0 - e_far * view.inverse, 1e-18);
+        let both = 1.0 / (near_inverse * far_inverse);
+        let w_near = both * far_inverse;
+        let w_far = both * near_inverse;
         near = (q + slab.value.w * e_near) * w_near;
         far = (q + slab.value.w * e_far) * w_far;
         depth = e_far * w_far - e_near * w_near;
@@ -194,9 +209,10 @@ fn composite_tiles(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
 ) {
-    // Software drivers give each thread a stretch of the workgroups, x first: each is to have tiles from all over the list, whose
-    // end is empty and whose middle is not as quickly drawn as the rest.
-    let number = (group.x * groups.y + group.y) * 8u + local / 8u;
+    // Software drivers give each thread a stretch of the workgroups, x first. Each is to have parts of the list from all over
+    // it, for some take longer, but long parts: neighbouring tiles show the same tetrahedra.
+    let part_of_list = reverseBits(group.y) >> (32u - LIST_PARTS);
+    let number = (part_of_list * groups.x + group.x) * 8u + local / 8u;
     if number >= totals[4] {
         return;
     }
@@ -205,14 +221,24 @@ fn composite_tiles(
     let origin = vec2u(tile % task.tiles_x, tile / task.tiles_x) * TILE + vec2u(4u * (part & 1u), 2u * (part >> 1u));
     let first = vec2f(origin);
     let home = (tile * 8u + part) * 8u;
-    var c0 = image[home];
-    var c1 = image[home + 1u];
-    var c2 = image[home + 2u];
-    var c3 = image[home + 3u];
-    var c4 = image[home + 4u];
-    var c5 = image[home + 5u];
-    var c6 = image[home + 6u];
-    var c7 = image[home + 7u];
+    var c0 = vec4f(0.0);
+    var c1 = vec4f(0.0);
+    var c2 = vec4f(0.0);
+    var c3 = vec4f(0.0);
+    var c4 = vec4f(0.0);
+    var c5 = vec4f(0.0);
+    var c6 = vec4f(0.0);
+    var c7 = vec4f(0.0);
+    if !WHOLE {
+        c0 = image[home + 0u];
+        c1 = image[home + 1u];
+        c2 = image[home + 2u];
+        c3 = image[home + 3u];
+        c4 = image[home + 4u];
+        c5 = image[home + 5u];
+        c6 = image[home + 6u];
+        c7 = image[home + 7u];
+    }
     let d0 = per_depth_of(first);
     let d1 = per_depth_of(first + vec2f(1.0, 0.0));
     let d2 = per_depth_of(first + vec2f(2.0, 0.0));
@@ -229,8 +255,7 @@ fn composite_tiles(
     var record = 0u;
     var piece = 0u;
     var left = 0u;
-    // Later than other engines end their rays: cells have no other error that a finer grid would not make smaller.
-    let opaque_at = 1.0 - min(frame.opaque_below, OPAQUE_BELOW);
+    let opaque_at = 1.0 - frame.opaque_below;
     loop {
         var found = left > 0u;
         loop {
@@ -245,11 +270,12 @@ fn composite_tiles(
         if !found {
             break;
         }
+        // The first and the last together: a record is in two lines of a cache, which come while the rest is fetched.
         let t0 = record_texel(record);
+        let value = bitcast<vec4f>(record_texel(record + 4u));
         let t1 = record_texel(record + 1u);
         let t2 = record_texel(record + 2u);
         let t3 = record_texel(record + 3u);
-        let value = bitcast<vec4f>(record_texel(record + 4u));
         let entries = t0.w >> 28u;
         let from_reference = first - vec2f(vec2u(extractBits(t0.w, 0u, 14u), extractBits(t0.w, 14u, 14u)));
         let own = vec4f(value.x + dot(value.yz, from_reference), value.yzw);
@@ -295,7 +321,18 @@ fn composite_tiles(
             end = cursor;
         }
     }
-    image[home] = c0;
+    if WHOLE {
+        show(origin + vec2u(0u, 0u), c0);
+        show(origin + vec2u(1u, 0u), c1);
+        show(origin + vec2u(2u, 0u), c2);
+        show(origin + vec2u(3u, 0u), c3);
+        show(origin + vec2u(0u, 1u), c4);
+        show(origin + vec2u(1u, 1u), c5);
+        show(origin + vec2u(2u, 1u), c6);
+        show(origin + vec2u(3u, 1u), c7);
+        return;
+    }
+    image[home + 0u] = c0;
     image[home + 1u] = c1;
     image[home + 2u] = c2;
     image[home + 3u] = c3;
@@ -303,6 +340,12 @@ fn composite_tiles(
     image[home + 5u] = c5;
     image[home + 6u] = c6;
     image[home + 7u] = c7;
+}
+
+fn show(pixel: vec2u, color: vec4f) {
+    if all(pixel < textureDimensions(shown)) {
+        textureStore(shown, pixel, color);
+    }
 }
 
 fn moved(texel: vec4u, by: vec2f) -> vec3f {

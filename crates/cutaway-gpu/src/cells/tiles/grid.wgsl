@@ -18,7 +18,7 @@ struct Chunk {
 @group(1) @binding(4) var<storage, read> ordered: array<u32>;
 @group(1) @binding(5) var<storage, read> list: array<u32>;
 
-@compute @workgroup_size(32)
+@compute @workgroup_size(16)
 fn keep_grid(@builtin(global_invocation_id) id: vec3u) {
     let run = id.x;
     if run >= task.runs {

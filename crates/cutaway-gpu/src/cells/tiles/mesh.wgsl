@@ -1,6 +1,5 @@
 // Finds in which order a mesh's tetrahedra are drawn, and what is drawn of them.
 
-import package::cells::pieces::any_visible;
 import package::cells::tiles::keep::{keep, task};
 import package::cells::tiles::record::{before_division, bounds_of, cell_of, has_a_centre};
 
@@ -9,7 +8,7 @@ import package::cells::tiles::record::{before_division, bounds_of, cell_of, has_
 @group(1) @binding(4) var<storage, read> places: array<vec4f>;
 @group(1) @binding(5) var<storage, read> order: array<u32>;
 
-@compute @workgroup_size(32)
+@compute @workgroup_size(16)
 fn keep_mesh(@builtin(global_invocation_id) id: vec3u) {
     let run = id.x;
     if run >= task.runs {
@@ -41,31 +40,26 @@ struct MeshSpan {
 }
 
 @group(1) @binding(7) var<uniform> span: MeshSpan;
+// The tetrahedra that the transfer function shows anything of.
+@group(1) @binding(8) var<storage, read> visible: array<u32>;
 
 const NOT_DRAWN = 0xffffffu;
 
-// Gives each tetrahedron a key to sort it by.
+// Gives each visible tetrahedron a key to sort it by.
 @compute @workgroup_size(64)
 fn key_mesh(@builtin(global_invocation_id) id: vec3u) {
-    let index = span.first + id.x;
-    if index >= span.end {
+    let place = span.first + id.x;
+    if place >= span.end {
         return;
     }
+    let index = visible[place];
     let cell = cells[index];
     var p: array<vec3f, 4>;
-    var s: vec4f;
     for (var k = 0u; k < 4u; k += 1u) {
-        let point = places[cell[k]];
-        p[k] = before_division(point.xyz);
-        s[k] = point.w;
-    }
-    let least = min(min(s.x, s.y), min(s.z, s.w));
-    let most = max(max(s.x, s.y), max(s.z, s.w));
-    if !any_visible(least, most) || !has_a_centre(bounds_of(p)) {
-        keys[index] = vec2u(NOT_DRAWN, index);
-        return;
+        p[k] = before_division(places[cell[k]].xyz);
     }
     let depth = 0.25 * (p[0].z + p[1].z + (p[2].z + p[3].z));
     let nearness = 1.0 - saturate((depth - span.depth_least) * span.depth_scale);
-    keys[index] = vec2u(min(u32(nearness * 16777215.0), NOT_DRAWN - 1u), index);
+    let key = min(u32(nearness * 16777215.0), NOT_DRAWN - 1u);
+    keys[place] = vec2u(select(NOT_DRAWN, key, has_a_centre(bounds_of(p))), index);
 }

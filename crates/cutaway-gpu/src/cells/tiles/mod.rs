@@ -40,8 +40,8 @@ const ENTRIES: [u64; 2] = [1 << 20, 1 << 24];
 /// Entries of a list that are drawn at once, as in `composite.wgsl`.
 const WINDOW: u32 = 2048;
 
-/// How often the list of tiles is gone through, other tiles each time, by the workgroups that composite them.
-const COLUMNS: u32 = 64;
+/// Parts of the list of tiles are 2 to this power, as in `composite.wgsl`.
+const LIST_PARTS: u32 = 5;
 
 /// Entries that a thread makes on average, at most: some drivers end a shader's loops after 65,535 rounds.
 const ENTRIES_A_RUN: u64 = 8192;
@@ -71,8 +71,18 @@ pub(super) struct TileBuffers {
     live: wgpu::Buffer,
     totals: wgpu::Buffer,
     image: wgpu::Buffer,
+    /// Whether the image has something of this frame in it.
+    begun: bool,
     records: wgpu::Texture,
     lists: wgpu::Texture,
+}
+
+/// What is known of a stretch once its tetrahedra are counted: entries of the longest list and of all, and lists that are not
+/// empty.
+struct Binned {
+    longest: u32,
+    entries: u32,
+    live: u32,
 }
 
 /// Keeps the records of a stretch: the source of tetrahedra binds what it needs, the task, counts and records first.
@@ -92,7 +102,7 @@ impl TileBuffers {
         let tiles = size.map(|n| n.div_ceil(TILE));
         let count = u64::from(tiles[0]) * u64::from(tiles[1]);
         // Enough runs for many threads, few enough for their counters to be small.
-        let runs = ((1 << 20) / count).clamp(16, 256) as u32;
+        let runs = ((1 << 19) / count).clamp(16, 128) as u32;
         gpu.checked("the tiles of cells", || {
             use wgpu::BufferUsages as Usage;
             let make = |label, size: u64, usage| {
@@ -111,6 +121,7 @@ impl TileBuffers {
                 spans: make("spans of tiles", 8 * count, Usage::empty()),
                 live: make("tiles", 4 * count, Usage::empty()),
                 totals: make("totals of tiles", 32, Usage::COPY_SRC),
+                begun: false,
                 image: make("image in tiles", 16 * u64::from(TILE * TILE) * count, Usage::COPY_DST),
                 records: texture(
                     gpu,
@@ -129,8 +140,17 @@ impl TileBuffers {
         buffers.iter().map(|b| b.size()).sum::<u64>() + 16 * texels(&self.records) + 4 * texels(&self.lists)
     }
 
-    /// Makes the image empty.
-    pub(super) fn clear(&self, gpu: &Gpu) -> Result<(), GpuError> {
+    /// Begins a frame.
+    pub(super) fn begin(&mut self) {
+        self.begun = false;
+    }
+
+    /// Makes the image empty, once a frame.
+    fn clear(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        if self.begun {
+            return Ok(());
+        }
+        self.begun = true;
         gpu.checked("clearing the tiles", || {
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.clear_buffer(&self.image, 0, None);
@@ -138,11 +158,12 @@ impl TileBuffers {
         })
     }
 
-    /// Draws tetrahedra in their order from the eye on, behind those that are drawn.
+    /// Draws tetrahedra in their order from the eye on, behind those that are drawn. `alone`: no others are, before or after.
     pub(super) fn draw(
         &mut self,
         drawing: &Drawing,
         total: u32,
+        alone: bool,
         keep: Keep,
         progress: &dyn Fn(f32),
     ) -> Result<(), GpuError> {
@@ -151,7 +172,7 @@ impl TileBuffers {
         while first < total {
             let count = at_once.min(total - first);
             let task = self.task(first, count, total);
-            let [longest, entries] = self.bin(drawing, &task, keep)?;
+            let Binned { longest, entries, live } = self.bin(drawing, &task, keep)?;
             if u64::from(entries) > ENTRIES_A_RUN * u64::from(self.runs) && count > 1 {
                 at_once = count / 2;
                 continue;
@@ -170,8 +191,12 @@ impl TileBuffers {
                 continue;
             }
             self.list(drawing, &task)?;
+            let whole = alone && count == total && longest <= WINDOW;
+            if !whole {
+                self.clear(drawing.gpu)?;
+            }
             for window in (0..longest).step_by(WINDOW as usize) {
-                self.composite(drawing, &TileTask { window, ..task })?;
+                self.composite(drawing, &TileTask { window, ..task }, live, whole)?;
             }
             first += count;
             progress(first as f32 / total as f32);
@@ -189,8 +214,8 @@ impl TileBuffers {
         TileTask { first, count, total, runs: self.runs, run, tiles_x: self.tiles[0], tiles, window: 0 }
     }
 
-    /// Makes the records of a stretch and counts them; returns how many entries the longest of its lists has, and all.
-    fn bin(&self, drawing: &Drawing, task: &TileTask, keep: Keep) -> Result<[u32; 2], GpuError> {
+    /// Makes the records of a stretch and counts them.
+    fn bin(&self, drawing: &Drawing, task: &TileTask, keep: Keep) -> Result<Binned, GpuError> {
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.tiles;
         gpu.checked("binning cells", || {
@@ -209,7 +234,7 @@ impl TileBuffers {
                 let entries = resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
                 pass.set_bind_group(2, drawing.tables, &[]);
                 keep(&mut pass, &entries);
-                pass.dispatch_workgroups(self.runs.div_ceil(32), 1, 1);
+                pass.dispatch_workgroups(self.runs.div_ceil(16), 1, 1);
             }
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -221,8 +246,8 @@ impl TileBuffers {
             }
             gpu.queue().submit([encoder.finish()]);
         })?;
-        let words = read_words(gpu, &self.totals, 0..16)?;
-        Ok([words[0], words[3]])
+        let words = read_words(gpu, &self.totals, 0..20)?;
+        Ok(Binned { longest: words[0], entries: words[3], live: words[4] })
     }
 
     /// Fills the lists.
@@ -237,14 +262,14 @@ impl TileBuffers {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
                 pass.set_bind_group(0, &group, &[]);
                 pass.set_pipeline(&steps.list_runs);
-                pass.dispatch_workgroups(self.runs.div_ceil(32), 1, 1);
+                pass.dispatch_workgroups(self.runs.div_ceil(16), 1, 1);
             }
             gpu.queue().submit([encoder.finish()]);
         })
     }
 
     /// Draws what the lists hold, from a window on.
-    fn composite(&self, drawing: &Drawing, task: &TileTask) -> Result<(), GpuError> {
+    fn composite(&self, drawing: &Drawing, task: &TileTask, live: u32, whole: bool) -> Result<(), GpuError> {
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.tiles;
         gpu.checked("drawing cells", || {
@@ -262,6 +287,7 @@ impl TileBuffers {
                     (5, wgpu::BindingResource::TextureView(&list)),
                     (6, wgpu::BindingResource::TextureView(drawing.piece_texels)),
                     (7, self.image.as_entire_binding()),
+                    (8, wgpu::BindingResource::TextureView(drawing.colors)),
                 ],
             );
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -270,15 +296,18 @@ impl TileBuffers {
                 pass.set_bind_group(0, drawing.scene, &[]);
                 pass.set_bind_group(1, &group, &[]);
                 pass.set_bind_group(2, drawing.tables, &[]);
-                pass.set_pipeline(steps.composite(drawing.variant));
-                pass.dispatch_workgroups(task.tiles.div_ceil(8 * COLUMNS), COLUMNS, 1);
+                pass.set_pipeline(steps.composite(drawing.variant, whole));
+                pass.dispatch_workgroups(live.div_ceil(8 << LIST_PARTS), 1 << LIST_PARTS, 1);
             }
             gpu.queue().submit([encoder.finish()]);
         })
     }
 
-    /// Copies what is drawn to an image.
-    pub(super) fn show(&self, drawing: &Drawing, target: &wgpu::TextureView) -> Result<(), GpuError> {
+    /// Copies what is drawn to the frame's colours, unless it is there.
+    pub(super) fn show(&self, drawing: &Drawing) -> Result<(), GpuError> {
+        if !self.begun {
+            return Ok(());
+        }
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.tiles;
         gpu.checked("the image of tiles", || {
@@ -287,7 +316,7 @@ impl TileBuffers {
             let group = bind_buffers(gpu, &steps.layouts.show, &[&uniform, &self.image]);
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             {
-                let mut pass = pass(&mut encoder, target, Some(wgpu::Color::TRANSPARENT));
+                let mut pass = pass(&mut encoder, drawing.colors, Some(wgpu::Color::TRANSPARENT));
                 pass.set_pipeline(&steps.show);
                 pass.set_bind_group(0, &group, &[]);
                 pass.draw(0..3, 0..1);

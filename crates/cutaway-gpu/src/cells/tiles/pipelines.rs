@@ -14,8 +14,8 @@ pub(in super::super) struct TilePipelines {
     pub(super) sum_runs: wgpu::ComputePipeline,
     pub(super) sum_tiles: wgpu::ComputePipeline,
     pub(super) list_runs: wgpu::ComputePipeline,
-    /// In perspective, then under parallel rays; each by whether the adapter filters the voxels.
-    composites: [[wgpu::ComputePipeline; 2]; 2],
+    /// In parts, then whole; of each in perspective, then under parallel rays; of each by whether the adapter filters the voxels.
+    composites: [[[wgpu::ComputePipeline; 2]; 2]; 2],
     pub(super) show: wgpu::RenderPipeline,
 }
 
@@ -51,7 +51,7 @@ impl TileLayouts {
         let floats = texture(wgpu::TextureSampleType::Float { filterable: false }, d2);
         let records = stored(wgpu::TextureFormat::Rgba32Uint);
         Self {
-            key_mesh: make("keys", &compute(&[(3, read), (4, read), (6, write), (7, uniform())])),
+            key_mesh: make("keys", &compute(&[(3, read), (4, read), (6, write), (7, uniform()), (8, read)])),
             keep_mesh: make(
                 "records of a mesh",
                 &compute(&[(0, uniform()), (1, write), (2, records), (3, read), (4, read), (5, read)]),
@@ -83,6 +83,7 @@ impl TileLayouts {
                     (5, words),
                     (6, floats),
                     (7, write),
+                    (8, stored(wgpu::TextureFormat::Rgba32Float)),
                 ]),
             ),
             show: make("image in tiles", &[(0, FRAGMENT, uniform()), (1, FRAGMENT, read)]),
@@ -104,11 +105,13 @@ impl TilePipelines {
         let of_mesh =
             |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
         let of_lists = |entry| computed(device, &bin, entry, &[Some(&layouts.lists)], &[]);
-        let composites = [0.0, 1.0].map(|parallel| {
-            [0, 1].map(|filterable: usize| {
-                let groups = [Some(&scene[filterable]), Some(&layouts.composite), Some(tables)];
-                computed(device, &composite, "composite_tiles", &groups, &[("PARALLEL", parallel)])
-            })
+        let composite = |whole: f64, parallel: f64, filterable: usize| {
+            let groups = [Some(&scene[filterable]), Some(&layouts.composite), Some(tables)];
+            let constants = [("WHOLE", whole), ("PARALLEL", parallel)];
+            computed(device, &composite, "composite_tiles", &groups, &constants)
+        };
+        let composites = [0.0, 1.0].map(|whole| {
+            [0.0, 1.0].map(|parallel| [0, 1].map(|filterable| composite(whole, parallel, filterable)))
         });
         Self {
             key_mesh: of_mesh("key_mesh", &layouts.key_mesh),
@@ -122,8 +125,8 @@ impl TilePipelines {
         }
     }
 
-    pub(super) fn composite(&self, variant: Variant) -> &wgpu::ComputePipeline {
-        &self.composites[usize::from(variant.parallel)][usize::from(variant.filterable)]
+    pub(super) fn composite(&self, variant: Variant, whole: bool) -> &wgpu::ComputePipeline {
+        &self.composites[usize::from(whole)][usize::from(variant.parallel)][usize::from(variant.filterable)]
     }
 }
 
