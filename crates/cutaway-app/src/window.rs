@@ -55,7 +55,7 @@ pub fn run(start: Start) -> Result<(), WindowError> {
     };
     let create = move |context: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         let app = App::new(&context.egui_ctx, &start).remembering(context.storage);
-        Ok(Box::new(app.sharing(context.wgpu_render_state.as_ref(), start.gpu.is_some())))
+        Ok(Box::new(app.drawn_in(context.wgpu_render_state.as_ref(), start.gpu.is_some())))
     };
     eframe::run_native("cutaway", options, Box::new(create))
         .map_err(|error| WindowError::Refused { reason: error.to_string() })

@@ -11,6 +11,7 @@ mod menu;
 mod readout;
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use cutaway_core::camera::Ray;
 use cutaway_core::clip::ClipSource;
@@ -25,7 +26,7 @@ use crate::command::Command;
 use crate::document::{Document, OpenVolume, SceneState};
 use crate::panels::Panels;
 use crate::picture::{self, Picture, Projection, navigation};
-use crate::render::{DebugView, RenderService, Request};
+use crate::render::{Answer, DebugView, RenderService, Request};
 use crate::slices;
 use jobs::{Done, Jobs};
 use readout::Readout;
@@ -58,12 +59,21 @@ pub struct App {
     errors: Vec<String>,
     show_help: bool,
     dialogs: bool,
+    /// Whether a window draws this, and clears it to the colour of panels before.
+    has_window: bool,
+    /// Whether window and engines have the same processor.
+    takes_turns: bool,
+    /// The request that this drawing of the window made.
+    awaited: Option<u64>,
     /// Files opened before, the newest first.
     recent: Vec<String>,
     exports: Vec<export::Export>,
     /// Files of surfaces that are read, or were, or cannot be.
     reading: Vec<ClipSource>,
 }
+
+/// How long drawing the window waits for a picture at most: some more than a first one is to take.
+const TURN: Duration = Duration::from_millis(50);
 
 /// Where recent files are kept.
 const RECENT: &str = "recent";
@@ -103,6 +113,9 @@ impl App {
             errors: Vec::new(),
             show_help: false,
             dialogs: true,
+            has_window: false,
+            takes_turns: false,
+            awaited: None,
             recent: Vec::new(),
             exports: Vec::new(),
             reading: Vec::new(),
@@ -114,19 +127,21 @@ impl App {
         app
     }
 
-    /// The same, with the window's device for the engines, so that their pictures need not be copied to be shown: where it is
-    /// a real GPU, or `always`. A processor that plays GPU would let the window wait behind every picture.
+    /// The same, drawn in this window; with its device for the engines, so that their pictures need not be copied to be shown,
+    /// where it is a real GPU, or `always`. A processor that plays GPU would let the window wait behind every picture.
     #[must_use]
-    pub fn sharing(mut self, window: Option<&RenderState>, always: bool) -> Self {
+    pub fn drawn_in(mut self, window: Option<&RenderState>, always: bool) -> Self {
         let Some(window) = window else { return self };
-        if AdapterSummary::of(&window.adapter).software && !always {
+        self.picture.draw_in(window.clone());
+        self.has_window = true;
+        self.takes_turns = AdapterSummary::of(&window.adapter).software;
+        if self.takes_turns && !always {
             return self;
         }
         let (device, queue) = (window.device.clone(), window.queue.clone());
         // Engines that find the device wanting open one of their own, or say why not.
         if let Ok(gpu) = Gpu::sharing(&window.adapter, device, queue, &GpuOptions::default()) {
             self.render.share(gpu);
-            self.picture.share(window.clone());
         }
         self
     }
@@ -204,17 +219,35 @@ impl App {
             }
         }
         while let Some(answer) = self.render.answer() {
-            match answer {
-                Ok(frame) => {
-                    self.picture.take(context, &frame);
-                    self.readout.take(&frame);
+            self.take(context, answer);
+        }
+    }
+
+    fn take(&mut self, context: &Context, answer: Answer) {
+        match answer {
+            Ok(frame) => {
+                self.picture.take(context, &frame);
+                self.readout.take(&frame);
+            }
+            Err(line) => {
+                self.readout.failed();
+                if !self.errors.contains(&line) {
+                    self.errors.push(line);
                 }
-                Err(line) => {
-                    self.readout.failed();
-                    if !self.errors.contains(&line) {
-                        self.errors.push(line);
-                    }
-                }
+            }
+        }
+    }
+
+    /// Waits a moment for the first frame of what was just asked for, where the processor that renders it also draws the
+    /// window: it would otherwise draw, and draw again as the pointer moves, what nobody needs, and be late with both. The frame is still shown in this drawing of the window, together with what lies over it.
+    fn take_turns(&mut self, context: &Context) {
+        let Some(serial) = self.awaited.take().filter(|_| self.takes_turns) else { return };
+        let deadline = Instant::now() + TURN;
+        while let Some(answer) = self.render.answer_before(deadline) {
+            let is_late = matches!(&answer, Ok(frame) if frame.serial < serial);
+            self.take(context, answer);
+            if !is_late {
+                return;
             }
         }
     }
@@ -320,7 +353,7 @@ impl App {
             debug: self.debug,
         };
         self.readout.asked();
-        self.render.request(request);
+        self.awaited = Some(self.render.request(request));
         self.asked = Some(asked);
     }
 
@@ -379,12 +412,22 @@ impl eframe::App for App {
         self.show(ui);
     }
 
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
+    }
+
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, RECENT, &self.recent);
     }
 }
 
 impl App {
+    /// The frame of panels. A window has their colour where nothing is drawn: to fill them as well takes time.
+    fn panel_frame(&self, style: &egui::Style) -> egui::Frame {
+        let frame = egui::Frame::side_top_panel(style);
+        if self.has_window { frame.fill(Color32::TRANSPARENT) } else { frame }
+    }
+
     /// Draws the window and does what it is asked for.
     pub fn show(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
@@ -393,22 +436,23 @@ impl App {
         for file in context.input(|i| i.raw.dropped_files.clone()) {
             self.dropped(file.path());
         }
-        egui::Panel::top("menu").show(ui, |ui| self.show_menu(ui));
+        let frame = self.panel_frame(ui.style());
+        egui::Panel::top("menu").frame(frame).show(ui, |ui| self.show_menu(ui));
         if !self.errors.is_empty() {
-            egui::Panel::top("errors").show(ui, |ui| self.show_errors(ui));
+            egui::Panel::top("errors").frame(frame).show(ui, |ui| self.show_errors(ui));
         }
-        egui::Panel::bottom("read-out").show(ui, |ui| {
+        egui::Panel::bottom("read-out").frame(frame).show(ui, |ui| {
             self.exports.retain(|export| !export.is_finished());
             self.exports.iter().for_each(|export| export.show(ui));
             let hover = self.panels.slices.hover;
             self.readout.show(ui, self.document.as_ref(), hover, self.jobs.is_busy());
         });
         if let Some(document) = &mut self.document {
-            let panel = egui::Panel::right("panels").default_size(330.0).resizable(true);
+            let panel = egui::Panel::right("panels").frame(frame).default_size(330.0).resizable(true);
             panel.show(ui, |ui| self.panels.show(ui, document, &mut self.commands));
         }
         if let Some(document) = self.document.as_ref().filter(|_| self.panels.slices.visible) {
-            let panel = egui::Panel::right("slices").default_size(330.0).resizable(true);
+            let panel = egui::Panel::right("slices").frame(frame).default_size(330.0).resizable(true);
             panel.show(ui, |ui| self.panels.slices.show(ui, document));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| self.show_picture(ui));
@@ -416,6 +460,7 @@ impl App {
             keys::show_help(&context, &mut self.show_help);
         }
         self.do_commands(&context);
+        self.take_turns(&context);
         if !context.input(|i| i.pointer.any_down()) {
             self.read_solids();
         }

@@ -66,8 +66,7 @@ impl Readout {
         }
         ui.horizontal(|ui| {
             let Some(document) = document else {
-                ui.spinner();
-                ui.label("Opening");
+                ui.label("Opening …");
                 return;
             };
             let dims = document.volume().volume.dimensions();
@@ -78,7 +77,7 @@ impl Readout {
             if let Some(adapter) = adapter {
                 made.on_hover_text(adapter);
             }
-            if self.arrivals.len() > 1 {
+            if !self.done && self.arrivals.len() > 1 {
                 ui.label(format!("{} frames/s", self.arrivals.len()));
             }
             if *samples > 0 {
@@ -90,8 +89,10 @@ impl Readout {
             if *gpu_bytes > 0 {
                 ui.label(format!("{} MB on the GPU", gpu_bytes / 1_000_000));
             }
+            // Nothing that moves: it would have the whole window drawn again all the time, and where there is no GPU the
+            // processor that draws it has a picture to render.
             if busy || !self.done {
-                ui.spinner();
+                ui.label("…").on_hover_text("at work");
             }
             if let Some(probe) = hover {
                 ui.separator();

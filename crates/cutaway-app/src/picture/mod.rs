@@ -1,27 +1,27 @@
 //! The picture: what was rendered, what lies over it, and how the pointer moves the camera.
 
+mod canvas;
 pub mod navigation;
 mod overlays;
 mod projection;
 
 use cutaway_core::camera::Camera;
 use eframe::egui_wgpu::RenderState;
-use egui::{
-    Color32, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureId, TextureOptions, Ui,
-};
+use egui::{Color32, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui};
 
 pub use overlays::{Overlays, cube_face};
 pub use projection::Projection;
 
 use crate::render::{Frame, Pixels, Shown};
+use canvas::Canvas;
 
 /// The picture area.
 #[derive(Default)]
 pub struct Picture {
+    /// What draws it in a window.
+    canvas: Option<Canvas>,
+    /// Where there is no window to draw it in, as in tests: what egui draws it with.
     texture: Option<TextureHandle>,
-    /// The window's renderer, where engines share its device, and the texture that it was given last.
-    window: Option<RenderState>,
-    native: Option<TextureId>,
     /// What lies over the picture.
     pub overlays: Overlays,
 }
@@ -36,42 +36,36 @@ pub enum Moved {
 }
 
 impl Picture {
+    /// Draws in this window from now on.
+    pub fn draw_in(&mut self, window: RenderState) {
+        self.canvas = Some(Canvas::new(window));
+    }
+
     /// Takes a frame to be shown from now on.
     pub fn take(&mut self, context: &egui::Context, frame: &Frame) {
-        self.release();
-        let Pixels { size, rgba } = match &frame.shown {
-            Shown::Pixels(pixels) => pixels,
-            Shown::OnDevice(texture) => {
-                self.native = self.window.as_ref().map(|window| {
-                    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-                    let mut renderer = window.renderer.write();
-                    renderer.register_native_texture(&window.device, &view, wgpu::FilterMode::Linear)
-                });
-                return;
+        match (&frame.shown, &mut self.canvas) {
+            (Shown::Pixels(pixels), Some(canvas)) => canvas.upload(pixels),
+            (Shown::OnDevice(texture), Some(canvas)) => canvas.take(texture),
+            (Shown::Pixels(Pixels { size, rgba }), None) => {
+                let size = size.map(|side| side as usize);
+                let image = egui::ColorImage::from_rgba_premultiplied(size, rgba);
+                match &mut self.texture {
+                    Some(texture) => texture.set(image, TextureOptions::LINEAR),
+                    None => {
+                        self.texture = Some(context.load_texture("picture", image, TextureOptions::LINEAR));
+                    }
+                }
             }
-        };
-        let size = size.map(|side| side as usize);
-        let image = egui::ColorImage::from_rgba_premultiplied(size, rgba);
-        match &mut self.texture {
-            Some(texture) => texture.set(image, TextureOptions::LINEAR),
-            None => self.texture = Some(context.load_texture("picture", image, TextureOptions::LINEAR)),
+            // Engines have a window's device from the window alone.
+            (Shown::OnDevice(_), None) => {}
         }
     }
 
     /// Forgets what was shown.
     pub fn clear(&mut self) {
-        self.release();
         self.texture = None;
-    }
-
-    /// Takes frames that stay on the device of this window's renderer.
-    pub fn share(&mut self, window: RenderState) {
-        self.window = Some(window);
-    }
-
-    fn release(&mut self) {
-        if let (Some(window), Some(native)) = (&self.window, self.native.take()) {
-            window.renderer.write().free_texture(&native);
+        if let Some(canvas) = &mut self.canvas {
+            canvas.clear();
         }
     }
 
@@ -80,10 +74,13 @@ impl Picture {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture of the volume"));
         let painter = ui.painter_at(rect);
+        if self.canvas.as_ref().is_some_and(|canvas| canvas.paint(&painter, rect, background)) {
+            return response;
+        }
         painter.rect_filled(rect, 0.0, background);
-        if let Some(texture) = self.native.or(self.texture.as_ref().map(TextureHandle::id)) {
+        if let Some(texture) = &self.texture {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-            painter.image(texture, rect, whole, Color32::WHITE);
+            painter.image(texture.id(), rect, whole, Color32::WHITE);
         }
         response
     }

@@ -49,8 +49,11 @@ const REFINING_BUDGET: Duration = Duration::from_millis(150);
 /// needs the processor to draw itself.
 const STANDING: Duration = Duration::from_millis(70);
 
+/// Distance in pixels of the rays of a first frame, at most: beside what is finer, what is coarser looks broken.
+const MOVING_SPACING: u32 = 8;
+
 /// What of the moving budget is left for casting: making an image of what was cast and showing it takes the rest.
-const CASTING_SHARE: f64 = 0.6;
+const CASTING_SHARE: f64 = 0.45;
 
 /// Straight RGB of the proxy geometry's edges: seen against bone, skin and nothing.
 const WIREFRAME: [f32; 3] = [0.1, 0.9, 0.4];
@@ -59,6 +62,8 @@ const WIREFRAME: [f32; 3] = [0.1, 0.9, 0.4];
 #[derive(Debug, Default)]
 pub struct Engines {
     gpu: Option<Result<Gpu, String>>,
+    /// Whether there is a real GPU, once that was asked: to look takes as long as a coarse picture.
+    real_gpu: Option<bool>,
     /// Whether the device is the window's: pictures stay there.
     shared: bool,
     running: Option<Running>,
@@ -130,7 +135,7 @@ impl DebugView {
 impl Engines {
     /// Engines on the window's device: pictures stay on it.
     pub fn sharing(gpu: Gpu) -> Self {
-        Self { gpu: Some(Ok(gpu)), shared: true, running: None }
+        Self { gpu: Some(Ok(gpu)), shared: true, ..Self::default() }
     }
 
     /// Renders what is wanted, coarse first, and hands over every frame; ends early once `overtaken` is set.
@@ -218,8 +223,8 @@ impl Engines {
                     Some(Ok(gpu)) => !gpu.adapter().software,
                     Some(Err(_)) => false,
                     None => {
-                        let real = adapters().first().is_some_and(|adapter| !adapter.software);
-                        if !real {
+                        let look = || adapters().first().is_some_and(|adapter| !adapter.software);
+                        if !*self.real_gpu.get_or_insert_with(look) {
                             return Engine::Cpu;
                         }
                         self.gpu().is_ok()
@@ -508,7 +513,11 @@ fn progressively(
     let mut progressive = renderer.progressive(volume, classification, view.scene);
     // The first frame is made whoever waits: a picture that moves is better coarse than never.
     let never = AtomicBool::new(false);
-    let mut step = progressive.advance(MOVING_BUDGET.mul_f64(CASTING_SHARE), &never);
+    let budget = MOVING_BUDGET.mul_f64(CASTING_SHARE);
+    let mut step = progressive.advance(budget, &never);
+    if step.spacing > MOVING_SPACING {
+        step = progressive.advance(budget, &never);
+    }
     let mut stood = false;
     loop {
         let counts = Counts { samples: progressive.statistics().samples, gpu_bytes: 0 };

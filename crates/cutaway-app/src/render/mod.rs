@@ -26,7 +26,7 @@ use cutaway_core::image::Image;
 
 use crate::document::{OpenVolume, SceneState};
 
-pub use service::RenderService;
+pub use service::{Answer, RenderService};
 
 /// How long the first frame of a request may take while something moves.
 pub const MOVING_BUDGET: Duration = Duration::from_millis(33);
@@ -95,7 +95,10 @@ impl Pixels {
     /// An image in 8 bits.
     pub fn of(image: &Image) -> Self {
         let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-        let rgba = image.pixels().iter().flat_map(|pixel| pixel.map(byte)).collect();
+        let mut rgba = vec![0; 4 * image.pixels().len()];
+        for (bytes, pixel) in rgba.chunks_exact_mut(4).zip(image.pixels()) {
+            bytes.copy_from_slice(&pixel.map(byte));
+        }
         Self { size: [image.width(), image.height()], rgba }
     }
 }

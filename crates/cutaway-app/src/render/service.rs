@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 use cutaway_gpu::Gpu;
 
@@ -11,7 +12,7 @@ use super::engines::{Engines, Interrupt};
 use super::{Frame, Request};
 
 /// What comes back: a frame, or why there is none, in a line.
-pub(super) type Answer = Result<Frame, String>;
+pub type Answer = Result<Frame, String>;
 
 /// A thread that renders the newest request.
 #[derive(Debug)]
@@ -71,6 +72,11 @@ impl RenderService {
     /// The next answer, if one is there.
     pub fn answer(&self) -> Option<Answer> {
         self.answers.try_recv().ok()
+    }
+
+    /// The next answer, if one comes in time.
+    pub fn answer_before(&self, deadline: Instant) -> Option<Answer> {
+        self.answers.recv_timeout(deadline.saturating_duration_since(Instant::now())).ok()
     }
 }
 
