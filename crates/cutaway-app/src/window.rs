@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cutaway_gpu::Gpu;
+use cutaway_gpu::context::AdapterSummary;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use egui::{ViewportBuilder, vec2};
 
@@ -73,15 +74,7 @@ fn choose(
     };
     // OpenGL last: the engines do without it.
     let rank = |adapter: &&wgpu::Adapter| {
-        let info = adapter.get_info();
-        let kind = match info.device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        };
-        (info.backend == wgpu::Backend::Gl, kind)
+        (adapter.get_info().backend == wgpu::Backend::Gl, AdapterSummary::of(adapter).rank())
     };
     let chosen = adapters.iter().filter(shows).filter(named).min_by_key(rank).cloned();
     chosen.ok_or_else(|| {

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, anyhow};
@@ -10,10 +10,10 @@ use cutaway_core::scene::{RawVolumeSource, VolumeSource};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_core::volume::{Volume, VoxelType};
 use cutaway_io::mesh::recognize;
-use cutaway_io::samples::{self, SampleError, read_sample};
-use cutaway_io::tetrahedra::{self, TetrahedraReadOptions, read_tetrahedra};
+use cutaway_io::named::{NamedVolume, NamedVolumeError, VolumeName, read_named};
+use cutaway_io::samples::{self, SampleError};
 use cutaway_io::transfer_function::{self, FunctionFormat};
-use cutaway_io::volume::{Loaded, RawOptions, ReadError, ReadOptions, read_volume};
+use cutaway_io::volume::{RawOptions, ReadError, ReadOptions};
 
 use crate::args::RawArgs;
 use crate::report::{Verbosity, wrong_use};
@@ -29,23 +29,14 @@ pub(crate) struct LoadedVolume {
     pub(crate) name: String,
     pub(crate) load_ms: f64,
     pub(crate) notices: Vec<String>,
-    origin: Origin,
+    origin: VolumeName,
     /// What was said of it, by options or a scene file.
     said: ReadOptions,
 }
 
-enum Origin {
-    Sample(String),
-    File(PathBuf),
-}
-
 /// Loads what a command line names: a file or `sample:NAME`.
 pub(crate) fn from_argument(name: &OsStr, raw: &RawArgs) -> anyhow::Result<LoadedVolume> {
-    let origin = match name.to_str().and_then(|name| name.strip_prefix("sample:")) {
-        Some(sample) => Origin::Sample(sample.to_owned()),
-        None => Origin::File(PathBuf::from(name)),
-    };
-    load(origin, read_options(raw)?)
+    load(VolumeName::new(name), read_options(raw)?)
 }
 
 /// Loads what a scene file names, its paths being relative to `folder`. Options of the command line win.
@@ -56,13 +47,8 @@ pub(crate) fn from_scene(source: &VolumeSource, scene: &Path, raw: &RawArgs) -> 
     let path = match source {
         VolumeSource::Path(path) => path,
         VolumeSource::Described(d) => {
-            let voxel_type = d.voxel_type.as_deref().map(voxel_type).transpose().map_err(in_scene)?;
-            let raw = &mut said.raw;
-            raw.dims = raw.dims.or(d.dims);
-            raw.voxel_type = raw.voxel_type.or(voxel_type);
-            raw.spacing = raw.spacing.or(d.spacing);
-            raw.big_endian = raw.big_endian.or(d.big_endian);
-            raw.header_bytes = raw.header_bytes.or(d.header_bytes);
+            let described = RawOptions::described(d).map_err(|e| in_scene(unknown_voxel_type(&e.name)))?;
+            said.raw = said.raw.or(described);
             &d.path
         }
     };
@@ -72,82 +58,38 @@ pub(crate) fn from_scene(source: &VolumeSource, scene: &Path, raw: &RawArgs) -> 
         )));
     }
     let folder = scene.parent().unwrap_or(Path::new(""));
-    let origin = match path.strip_prefix("sample:") {
-        Some(sample) => Origin::Sample(sample.to_owned()),
-        None => Origin::File(folder.join(path)),
-    };
-    load(origin, said).map_err(in_scene)
+    load(VolumeName::within(folder, path), said).map_err(in_scene)
 }
 
-fn load(origin: Origin, said: ReadOptions) -> anyhow::Result<LoadedVolume> {
+fn load(origin: VolumeName, said: ReadOptions) -> anyhow::Result<LoadedVolume> {
     let started = Instant::now();
-    if let Origin::File(path) = &origin
-        && said.raw == RawOptions::default()
-        && tetrahedra::recognize(path)
-    {
-        return unstructured(path.clone(), said, started);
-    }
-    let loaded = match &origin {
-        Origin::Sample(name) => sample(name, &said)?,
-        Origin::File(path) if path.as_os_str().is_empty() => {
-            return Err(wrong_use("the name of the volume is empty; give a file or `sample:NAME`"));
-        }
-        Origin::File(path) => read_volume(path, &said).map_err(|error| other_kind(path, error))?,
-    };
+    let NamedVolume { volume, mesh, notices } =
+        read_named(&origin, &said).map_err(|error| explained(&origin, error))?;
     let load_ms = started.elapsed().as_secs_f64() * 1e3;
-    let name = match &origin {
-        Origin::Sample(name) => format!("sample:{name}"),
-        Origin::File(path) => path.to_string_lossy().into_owned(),
-    };
-    Ok(LoadedVolume {
-        volume: loaded.value,
-        mesh: None,
-        name,
-        load_ms,
-        notices: loaded.notices,
-        origin,
-        said,
-    })
+    Ok(LoadedVolume { volume, mesh, name: origin.to_string(), load_ms, notices, origin, said })
 }
 
-/// An unstructured grid, with its stand-in as the volume.
-fn unstructured(path: PathBuf, said: ReadOptions, started: Instant) -> anyhow::Result<LoadedVolume> {
-    if said.volume_index.is_some_and(|index| index > 0) {
-        let name = path.display();
-        return Err(wrong_use(format!("{name} holds one unstructured grid: leave out --volume-index")));
-    }
-    let options = TetrahedraReadOptions { limits: said.limits, ..TetrahedraReadOptions::default() };
-    let loaded = read_tetrahedra(&path, &options)?;
-    Ok(LoadedVolume {
-        volume: loaded.value.stand_in().clone(),
-        mesh: Some(loaded.value),
-        name: path.to_string_lossy().into_owned(),
-        load_ms: started.elapsed().as_secs_f64() * 1e3,
-        notices: loaded.notices,
-        origin: Origin::File(path),
-        said,
-    })
-}
-
-fn sample(name: &str, said: &ReadOptions) -> anyhow::Result<Loaded<Volume>> {
-    if said.raw != RawOptions::default() {
-        return Err(wrong_use(format!(
-            "sample:{name} is no raw file: leave out dims, type, spacing, big-endian and header-bytes"
-        )));
-    }
-    if said.volume_index.is_some_and(|index| index > 0) {
-        return Err(wrong_use(format!("sample:{name} holds one volume: leave out --volume-index")));
-    }
-    read_sample(name, said).map_err(|error| match error {
-        SampleError::Unknown { name } => {
+/// Why there is no such volume, in the words of the command line.
+fn explained(origin: &VolumeName, error: NamedVolumeError) -> anyhow::Error {
+    match (error, origin) {
+        (NamedVolumeError::OnlyOne { name, what }, _) => {
+            wrong_use(format!("{name} holds one {what}: leave out --volume-index"))
+        }
+        (error @ (NamedVolumeError::Empty | NamedVolumeError::DescribedSample { .. }), _) => {
+            wrong_use(error.to_string())
+        }
+        (NamedVolumeError::Sample(SampleError::Unknown { name }), _) => {
             // Nobody mistypes the number.
             let base = name.split_once(':').map_or(name.as_str(), |(base, _)| base);
             let tip = tip(base, &samples::names());
             wrong_use(format!("no sample is called `{base}`{tip} (`cutaway presets` lists them)"))
         }
-        SampleError::Size { .. } | SampleError::FixedSize { .. } => wrong_use(error.to_string()),
-        _ => error.into(),
-    })
+        (NamedVolumeError::Sample(error @ (SampleError::Size { .. } | SampleError::FixedSize { .. })), _) => {
+            wrong_use(error.to_string())
+        }
+        (NamedVolumeError::Volume(error), VolumeName::File(path)) => other_kind(path, error),
+        (error, _) => error.into(),
+    }
 }
 
 /// A reader's error; where the file is one of the other kinds that cutaway has to do with, what it is.
@@ -222,8 +164,8 @@ impl LoadedVolume {
             ));
         }
         let path = match &self.origin {
-            Origin::Sample(name) => return Ok(VolumeSource::Path(format!("sample:{name}"))),
-            Origin::File(path) => path_in_scene(path, scene)?,
+            VolumeName::Sample(name) => return Ok(VolumeSource::Path(format!("sample:{name}"))),
+            VolumeName::File(path) => path_in_scene(path, scene)?,
         };
         let RawOptions { dims, voxel_type, spacing, big_endian, header_bytes } = self.said.raw;
         if self.said.raw == RawOptions::default() {
@@ -269,9 +211,11 @@ fn read_options(raw: &RawArgs) -> anyhow::Result<ReadOptions> {
 }
 
 fn voxel_type(name: &str) -> anyhow::Result<VoxelType> {
-    VoxelType::from_name(name).ok_or_else(|| {
-        const NAMES: [&str; 10] =
-            ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"];
-        wrong_use(format!("`{name}` is no voxel type; choose from {}{}", NAMES.join(", "), tip(name, &NAMES)))
-    })
+    VoxelType::from_name(name).ok_or_else(|| unknown_voxel_type(name))
+}
+
+fn unknown_voxel_type(name: &str) -> anyhow::Error {
+    const NAMES: [&str; 10] =
+        ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"];
+    wrong_use(format!("`{name}` is no voxel type; choose from {}{}", NAMES.join(", "), tip(name, &NAMES)))
 }

@@ -27,6 +27,7 @@ pub mod context;
 mod error;
 pub mod geometry;
 mod notice;
+mod progress;
 pub mod proxy;
 mod ranges;
 pub mod raycast;

@@ -9,6 +9,7 @@ pub mod image;
 pub mod json;
 pub mod limits;
 pub mod mesh;
+pub mod named;
 pub mod patches;
 pub mod samples;
 pub mod solids;

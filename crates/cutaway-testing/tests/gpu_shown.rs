@@ -1,4 +1,7 @@
-//! Frames that stay on the device for a window to show: read back, they are what `render` returns.
+//! Frames that stay on the device for a window to show: read back, they are what `render` returns. And frames that nobody
+//! wants any more, which leave the renderer as it was.
+
+use std::sync::atomic::AtomicBool;
 
 use cutaway_core::glam::UVec3;
 use cutaway_core::image::Image;
@@ -14,7 +17,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 /// Rounding to 8 bits, which the device may do either way near a half.
 const LARGEST_DIFFERENCE: f32 = 0.5 / 255.0 + 1e-4;
 
-/// Renders a scene both ways.
+/// Begins to render a scene for nobody, then renders it both ways.
 type Engine = fn(&Gpu, &Scene) -> Result<(Image, ShownFrame), GpuError>;
 
 fn main() {
@@ -51,6 +54,9 @@ fn raycast(gpu: &Gpu, scene: &Scene) -> Result<(Image, ShownFrame), GpuError> {
     let renderer = RaycastRenderer::new(gpu)?;
     let volume = renderer.prepare(scene.volume())?;
     let classification = renderer.classify(&volume, scene)?;
+    let cancelled = Extras { cancel: Some(&CANCELLED), ..Extras::default() };
+    given_up(renderer.render_with(&volume, &classification, scene, &cancelled, &|_| {}));
+    given_up(renderer.show(&volume, &classification, scene, &cancelled));
     let (image, _) = renderer.render(&volume, &classification, scene, &|_| {})?;
     Ok((image, renderer.show(&volume, &classification, scene, &Extras::default())?))
 }
@@ -59,16 +65,30 @@ fn slices(gpu: &Gpu, scene: &Scene) -> Result<(Image, ShownFrame), GpuError> {
     let renderer = SliceRenderer::new(gpu)?;
     let volume = renderer.prepare(scene.volume())?;
     let classification = renderer.classify(&volume, scene)?;
-    let (image, _) = renderer.render(&volume, &classification, scene, &|_| {})?;
-    Ok((image, renderer.show(&volume, &classification, scene)?))
+    given_up(renderer.render_with(&volume, &classification, scene, Some(&CANCELLED), &|_| {}));
+    given_up(renderer.show(&volume, &classification, scene, Some(&CANCELLED)));
+    let cancel = AtomicBool::new(false);
+    let (image, _) = renderer.render_with(&volume, &classification, scene, Some(&cancel), &|_| {})?;
+    Ok((image, renderer.show(&volume, &classification, scene, Some(&cancel))?))
 }
 
 fn cells(gpu: &Gpu, scene: &Scene) -> Result<(Image, ShownFrame), GpuError> {
     let renderer = CellRenderer::new(gpu, CellOptions::default())?;
     let cells = renderer.prepare(scene.volume())?;
     let classification = renderer.classify(&cells, scene)?;
-    let (image, _) = renderer.render(&cells, &classification, scene, &|_| {})?;
-    Ok((image, renderer.show(&cells, &classification, scene)?))
+    given_up(renderer.render_with(&cells, &classification, scene, Some(&CANCELLED), &|_| {}));
+    given_up(renderer.show(&cells, &classification, scene, Some(&CANCELLED)));
+    let cancel = AtomicBool::new(false);
+    let (image, _) = renderer.render_with(&cells, &classification, scene, Some(&cancel), &|_| {})?;
+    Ok((image, renderer.show(&cells, &classification, scene, Some(&cancel))?))
+}
+
+/// Set before the frame begins.
+static CANCELLED: AtomicBool = AtomicBool::new(true);
+
+#[track_caller]
+fn given_up<T>(rendered: Result<T, GpuError>) {
+    assert_eq!(rendered.err(), Some(GpuError::Cancelled));
 }
 
 fn same(what: &str, image: &Image, shown: &[[u8; 4]]) -> Result<(), Failed> {

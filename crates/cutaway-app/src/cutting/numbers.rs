@@ -39,7 +39,8 @@ impl PoseNumbers {
         let above = DVec3::new(triangle.y_axis.x, triangle.z_axis.x, triangle.z_axis.y);
         Self {
             translation: affine.translation,
-            rotation: DVec3::new(x, y, z).map(f64::to_degrees),
+            // Plus 0, so that nothing has no minus in front of it.
+            rotation: DVec3::new(x, y, z).map(|angle| angle.to_degrees() + 0.0),
             scale,
             shear: above / DVec3::new(scale.x, scale.x, scale.y),
         }

@@ -6,10 +6,9 @@ use std::sync::OnceLock;
 use cutaway_core::histogram::Histogram;
 use cutaway_core::scene::{RawVolumeSource, VolumeSource};
 use cutaway_core::tetrahedra::TetrahedralMesh;
-use cutaway_core::volume::{Volume, VoxelType};
-use cutaway_io::samples::read_sample;
-use cutaway_io::tetrahedra::{self, TetrahedraReadOptions, read_tetrahedra};
-use cutaway_io::volume::{ReadOptions, read_volume};
+use cutaway_core::volume::Volume;
+use cutaway_io::named::{NamedVolume, VolumeName, read_named};
+use cutaway_io::volume::{RawOptions, ReadOptions};
 
 /// A volume in memory, and where it came from.
 #[derive(Debug)]
@@ -47,22 +46,17 @@ impl OpenVolume {
     /// # Errors
     /// One line: the file, the place, what is wrong.
     pub fn read_source(source: &VolumeSource) -> Result<Self, String> {
-        let (name, options) = options_of(source)?;
-        if let Some(sample) = name.strip_prefix("sample:") {
-            let loaded = read_sample(sample, &options).map_err(|e| e.to_string())?;
-            return Ok(Self { notices: loaded.notices, ..Self::new(loaded.value, source.clone()) });
+        let mut options = ReadOptions::default();
+        if let VolumeSource::Described(described) = source {
+            options.raw = RawOptions::described(described).map_err(|e| e.to_string())?;
         }
-        let path = Path::new(name);
-        let source = with_path(source, &absolute(path)?);
-        if matches!(source, VolumeSource::Path(_)) && tetrahedra::recognize(path) {
-            let loaded =
-                read_tetrahedra(path, &TetrahedraReadOptions::default()).map_err(|e| e.to_string())?;
-            let volume = loaded.value.stand_in().clone();
-            let mesh = Some(loaded.value);
-            return Ok(Self { mesh, notices: loaded.notices, ..Self::new(volume, source) });
-        }
-        let loaded = read_volume(path, &options).map_err(|e| e.to_string())?;
-        Ok(Self { notices: loaded.notices, ..Self::new(loaded.value, source) })
+        let name = VolumeName::new(path_of(source).as_ref());
+        let NamedVolume { volume, mesh, notices } = read_named(&name, &options).map_err(|e| e.to_string())?;
+        let source = match &name {
+            VolumeName::Sample(_) => source.clone(),
+            VolumeName::File(path) => with_path(source, &absolute(path)?),
+        };
+        Ok(Self { mesh, notices, ..Self::new(volume, source) })
     }
 
     /// What the user calls it.
@@ -103,21 +97,4 @@ fn absolute(path: &Path) -> Result<String, String> {
         .into_os_string()
         .into_string()
         .map_err(|_| format!("{name}: a scene file cannot hold a name that is not Unicode; rename the file"))
-}
-
-fn options_of(source: &VolumeSource) -> Result<(&str, ReadOptions), String> {
-    let mut options = ReadOptions::default();
-    let VolumeSource::Described(described) = source else { return Ok((path_of(source), options)) };
-    let unknown = |name: &String| {
-        format!("`{name}` is no voxel type; expected `uint8`, `int16`, `float32` or the like")
-    };
-    let voxel_type = described.voxel_type.as_ref();
-    let voxel_type =
-        voxel_type.map(|name| VoxelType::from_name(name).ok_or_else(|| unknown(name))).transpose()?;
-    options.raw.dims = described.dims;
-    options.raw.spacing = described.spacing;
-    options.raw.big_endian = described.big_endian;
-    options.raw.header_bytes = described.header_bytes;
-    options.raw.voxel_type = voxel_type;
-    Ok((&described.path, options))
 }

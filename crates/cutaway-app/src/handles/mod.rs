@@ -53,10 +53,10 @@ impl Handles {
         document: &mut Document,
     ) -> bool {
         // Whichever has the pointer keeps it; else the gizmo, which is asked for by a selection, comes before the box.
-        let mut taken = self.rectangle.show_if(true, ui, response, projection, document);
+        let mut taken = self.rectangle.show(true, ui, response, projection, document);
         let free = !taken && !self.crop.has_pointer();
-        taken |= self.gizmo.show_if(free, ui, response, projection, document);
-        taken |= self.crop.show_if(!taken, ui, response, projection, document);
+        taken |= self.gizmo.show(free, ui, response, projection, document);
+        taken |= self.crop.show(!taken, ui, response, projection, document);
         taken
     }
 }

@@ -32,18 +32,8 @@ impl RectangleClip {
     }
 
     /// Paints the rectangle and, once it is drawn, trims; whether it has the pointer.
-    pub fn show(
-        &mut self,
-        ui: &mut Ui,
-        response: &Response,
-        projection: &Projection,
-        document: &mut Document,
-    ) -> bool {
-        self.show_if(true, ui, response, projection, document)
-    }
-
-    /// The same; where something else has the pointer, it does not listen.
-    pub(super) fn show_if(
+    /// Where something else has it already, nothing here `listens`.
+    pub(super) fn show(
         &mut self,
         listens: bool,
         ui: &mut Ui,

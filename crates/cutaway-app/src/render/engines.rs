@@ -451,16 +451,16 @@ impl Prepared {
                 Some(renderer.show(volume, classification, scene, extras))
             }
             Self::Slices { renderer, volume, classification } => {
-                Some(renderer.show(volume, classification, scene))
+                Some(renderer.show(volume, classification, scene, extras.cancel))
             }
             Self::Cells { renderer, cells, classification } => {
-                Some(renderer.show(cells, classification, scene))
+                Some(renderer.show(cells, classification, scene, extras.cancel))
             }
             Self::Cpu { .. } | Self::Reference => None,
         }
     }
 
-    /// A whole image at once; the ray caster gives it up once `cancel` is set.
+    /// A whole image at once; GPU engines give it up once `cancel` is set.
     fn whole(
         &self,
         scene: &Scene,
@@ -487,11 +487,11 @@ impl Prepared {
                 Ok((image, Counts { samples: s.samples, gpu_bytes: s.gpu_bytes }))
             }
             Self::Slices { renderer, volume, classification } => {
-                let (image, s) = renderer.render(volume, classification, scene, progress)?;
+                let (image, s) = renderer.render_with(volume, classification, scene, cancel, progress)?;
                 Ok((image, Counts { samples: 0, gpu_bytes: s.gpu_bytes }))
             }
             Self::Cells { renderer, cells, classification } => {
-                let (image, s) = renderer.render(cells, classification, scene, progress)?;
+                let (image, s) = renderer.render_with(cells, classification, scene, cancel, progress)?;
                 Ok((image, Counts { samples: 0, gpu_bytes: s.gpu_bytes }))
             }
             Self::Reference => {

@@ -118,7 +118,7 @@ impl Slices {
     /// Draws the slices over all that is left of `ui`.
     pub fn show(&mut self, ui: &mut Ui, document: &Document) {
         let volume = &document.volume().volume;
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.checkbox(&mut self.oblique, "Oblique");
             ui.checkbox(&mut self.measuring, "Measure");
             if ui.button("Reset levels").clicked() {

@@ -9,6 +9,7 @@ use super::tiles::TileBuffers;
 use super::{Drawing, Split, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::progress::Progress;
 
 /// Cells along an edge of a block, as in `select.wgsl`.
 const EDGE: u32 = 8;
@@ -113,7 +114,7 @@ impl GridBuffers {
         &self,
         drawing: &Drawing,
         frame: &GridFrame,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
     ) -> Result<u64, GpuError> {
         let gpu = drawing.gpu;
         let steps = drawing.pipelines.grid(gpu, drawing.variant)?;
@@ -127,7 +128,7 @@ impl GridBuffers {
             let count = self.chunk.min(occupied - first);
             let task = SelectTask { first, count, ..task };
             self.draw_chunk(drawing, &steps, &pipeline, &basis, &task)?;
-            progress((first + count) as f32 / occupied as f32);
+            progress.advance(gpu, (first + count) as f32 / occupied as f32)?;
         }
         self.drawn(gpu)
     }
@@ -138,7 +139,7 @@ impl GridBuffers {
         drawing: &Drawing,
         frame: &GridFrame,
         tiles: &mut TileBuffers,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
     ) -> Result<u64, GpuError> {
         let gpu = drawing.gpu;
         let steps = drawing.pipelines.grid(gpu, drawing.variant)?;
@@ -148,8 +149,8 @@ impl GridBuffers {
             let first = chunk * self.chunk;
             let count = self.chunk.min(occupied - first);
             let task = SelectTask { first, count, ..task };
-            self.draw_chunk_in_tiles(drawing, &steps, &task, count == occupied, tiles)?;
-            progress(1.0 - first as f32 / occupied as f32);
+            self.draw_chunk_in_tiles(drawing, &steps, &task, count == occupied, tiles, progress)?;
+            progress.advance(gpu, 1.0 - first as f32 / occupied as f32)?;
         }
         self.drawn(gpu)
     }
@@ -161,6 +162,7 @@ impl GridBuffers {
         task: &SelectTask,
         alone: bool,
         tiles: &mut TileBuffers,
+        progress: &Progress,
     ) -> Result<(), GpuError> {
         let gpu = drawing.gpu;
         let chunk = gpu.checked("selecting cells", || {
@@ -186,7 +188,7 @@ impl GridBuffers {
             pass.set_bind_group(0, drawing.scene, &[]);
             pass.set_bind_group(1, &group, &[]);
         };
-        tiles.draw(drawing, total, alone, &keep, &|_| {})?;
+        tiles.draw(drawing, total, alone, &keep, &progress.silent())?;
         drawing.end_of_drawing()
     }
 

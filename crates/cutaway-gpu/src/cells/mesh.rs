@@ -10,6 +10,7 @@ use super::tiles::TileBuffers;
 use super::{Drawing, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::progress::Progress;
 
 /// Threads that sort: few of a software adapter, for each has counters of its own; but some of those end a shader's loops
 /// after 65,535 rounds, and each thread goes through its keys in one.
@@ -190,12 +191,7 @@ impl GpuMesh {
     }
 
     /// Draws all tetrahedra; returns how many.
-    pub(super) fn draw(
-        &self,
-        drawing: &Drawing,
-        view: &View,
-        progress: &dyn Fn(f32),
-    ) -> Result<u64, GpuError> {
+    pub(super) fn draw(&self, drawing: &Drawing, view: &View, progress: &Progress) -> Result<u64, GpuError> {
         let gpu = drawing.gpu;
         self.project(drawing, view)?;
         self.sort(drawing, self.cells)?;
@@ -224,7 +220,7 @@ impl GpuMesh {
                 }
                 gpu.queue().submit([encoder.finish()]);
             })?;
-            progress((draw + 1) as f32 / draws as f32);
+            progress.advance(gpu, (draw + 1) as f32 / draws as f32)?;
         }
         let words = crate::ranges::read_words(gpu, &self.draws, 0..4)?;
         Ok(u64::from(words[0]))
@@ -237,7 +233,7 @@ impl GpuMesh {
         view: &View,
         visible: &VisibleCells,
         tiles: &mut TileBuffers,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
     ) -> Result<u64, GpuError> {
         let gpu = drawing.gpu;
         let steps = &drawing.pipelines.tiles;

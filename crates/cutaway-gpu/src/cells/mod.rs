@@ -32,6 +32,7 @@ mod tables;
 mod tiles;
 mod view;
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -46,6 +47,7 @@ use crate::clip_layers::{ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::notice::Notice;
+use crate::progress::Progress;
 use crate::ranges::BlockPipelines;
 use crate::raycast::{
     Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read_colors,
@@ -306,20 +308,35 @@ impl CellRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, CellStatistics), GpuError> {
-        self.drawn(cells, classification, scene, progress, |finished, statistics| {
+        self.render_with(cells, classification, scene, None, progress)
+    }
+
+    /// As [`Self::render`]; once `cancel` is set, the frame ends between two parts of it, as [`GpuError::Cancelled`].
+    pub fn render_with(
+        &self,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        scene: &Scene,
+        cancel: Option<&AtomicBool>,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, CellStatistics), GpuError> {
+        let progress = Progress::new(progress, cancel);
+        self.drawn(cells, classification, scene, &progress, |finished, statistics| {
             Ok((read_colors(&self.gpu, &finished.textures[0])?, statistics))
         })
     }
 
-    /// Renders a frame as [`Self::render`] does, for a window drawn with the same device: nothing is copied to the host.
+    /// Renders a frame as [`Self::render_with`] does, for a window drawn with the same device: nothing is copied to the host.
     /// Returns when it is there.
     pub fn show(
         &self,
         cells: &PreparedCells,
         classification: &CellClassification,
         scene: &Scene,
+        cancel: Option<&AtomicBool>,
     ) -> Result<ShownFrame, GpuError> {
-        self.drawn(cells, classification, scene, &|_| {}, |finished, statistics| {
+        let progress = Progress::new(&|_| {}, cancel);
+        self.drawn(cells, classification, scene, &progress, |finished, statistics| {
             self.finisher.show(&self.gpu, finished, statistics.gpu_bytes)
         })
     }
@@ -330,7 +347,7 @@ impl CellRenderer {
         cells: &PreparedCells,
         classification: &CellClassification,
         scene: &Scene,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
         take: impl FnOnce(&Finished, CellStatistics) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
         check_mode(scene)?;
@@ -354,8 +371,9 @@ impl CellRenderer {
         classification: &CellClassification,
         scene: &Scene,
         targets: &Targets,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
     ) -> Result<CellStatistics, GpuError> {
+        progress.check()?;
         let gpu = &self.gpu;
         let size = targets.size();
         let voxels = cells.volume.voxels();
@@ -472,11 +490,13 @@ impl CellRenderer {
             None => TileBuffers::new(&self.gpu, size)?,
         };
         tiles.begin();
-        let drawn = draw(&mut tiles)?;
-        tiles.show(drawing)?;
-        let bytes = tiles.bytes();
+        let drawn = draw(&mut tiles).and_then(|drawn| {
+            tiles.show(drawing)?;
+            Ok((drawn, tiles.bytes()))
+        });
+        // Of a frame that was given up, too.
         *kept = Some(tiles);
-        Ok((drawn, bytes))
+        drawn
     }
 
     fn draw_grid(
@@ -495,10 +515,9 @@ impl CellRenderer {
         };
         let known_edge = classification.classification.blocks().fine_edge;
         let frame = GridFrame { view, cells: cells.cells, known_edge };
-        let (drawn, bytes) = draw(&buffers, &frame)?;
-        let bytes = bytes + buffers.bytes();
+        let drawn = draw(&buffers, &frame).map(|(drawn, bytes)| (drawn, bytes + buffers.bytes()));
         *kept = Some(buffers);
-        Ok((drawn, bytes))
+        drawn
     }
 
     /// What is drawn into: the image itself, or a narrower one.

@@ -46,8 +46,8 @@ impl AdapterSummary {
         }
     }
 
-    /// The better ones first.
-    fn rank(&self) -> u32 {
+    /// Its place among others: the better ones first.
+    pub fn rank(&self) -> u32 {
         match self.kind {
             wgpu::DeviceType::DiscreteGpu => 0,
             wgpu::DeviceType::IntegratedGpu => 1,

@@ -11,7 +11,7 @@ mod sampling;
 mod targets;
 mod uniforms;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cutaway_core::image::Image;
@@ -25,6 +25,7 @@ use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
 use crate::notice::Notice;
+use crate::progress::Progress;
 use crate::proxy::{
     Flavour, ProxyCounts, ProxyGeometry, ProxyOptions, ProxyPipelines, RangeInputs, RangeTargets,
     draw_wireframe,
@@ -319,7 +320,7 @@ impl RaycastRenderer {
             directions,
             segments,
         };
-        self.draw(&inputs, scene, &frame, &targets, extras.cancel, progress)?;
+        self.draw(&inputs, scene, &frame, &targets, &Progress::new(progress, extras.cancel))?;
         self.draw_extras(&found, extras, &targets)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
         let gpu_bytes = volume.voxels.bytes()
@@ -401,9 +402,9 @@ impl RaycastRenderer {
         scene: &Scene,
         frame: &FrameUniforms,
         targets: &Targets,
-        cancel: Option<&AtomicBool>,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
     ) -> Result<(), GpuError> {
+        progress.check()?;
         let variant = Variant::of(scene, inputs, self.gpu.capabilities(), self.proxy_options.image_order);
         let pipeline = self.pipelines.get(&self.gpu, variant)?;
         // Until all tiles are submitted no other scene may change which bricks are there.
@@ -414,9 +415,6 @@ impl RaycastRenderer {
         let tiles =
             tiles(targets.size(), most_steps(scene) * cost_of_step(scene), self.gpu.adapter().software);
         for (i, tile) in tiles.iter().enumerate() {
-            if cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
-                return Err(GpuError::Cancelled);
-            }
             self.gpu.checked("drawing a tile", || {
                 let mut encoder =
                     self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -433,11 +431,7 @@ impl RaycastRenderer {
                 }
                 self.gpu.queue().submit([encoder.finish()]);
             })?;
-            if cancel.is_some() {
-                // What is submitted cannot be called back: no tile waits behind another.
-                self.gpu.finish()?;
-            }
-            progress((i + 1) as f32 / tiles.len() as f32);
+            progress.advance(&self.gpu, (i + 1) as f32 / tiles.len() as f32)?;
         }
         Ok(())
     }

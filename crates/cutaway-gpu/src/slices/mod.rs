@@ -24,6 +24,7 @@ mod planes;
 mod targets;
 
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use cutaway_core::image::Image;
@@ -40,6 +41,7 @@ use crate::clip_layers::{ClipLayers, ClipStatistics};
 use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 use crate::notice::Notice;
+use crate::progress::Progress;
 use crate::ranges::BlockPipelines;
 use crate::raycast::{
     self, Finished, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, ShownFrame, Targets,
@@ -215,7 +217,20 @@ impl SliceRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
-        self.drawn(volume, classification, scene, progress, |finished, drawn| {
+        self.render_with(volume, classification, scene, None, progress)
+    }
+
+    /// As [`Self::render`]; once `cancel` is set, the frame ends between two batches of slices, as [`GpuError::Cancelled`].
+    pub fn render_with(
+        &self,
+        volume: &PreparedVolume,
+        classification: &SliceClassification,
+        scene: &Scene,
+        cancel: Option<&AtomicBool>,
+        progress: &dyn Fn(f32),
+    ) -> Result<(Image, Statistics), GpuError> {
+        let progress = Progress::new(progress, cancel);
+        self.drawn(volume, classification, scene, &progress, |finished, drawn| {
             let read = raycast::read(&self.gpu, &finished.textures)?;
             let gpu_ms = self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
             let statistics = Statistics { rays: read.statistics.rays, gpu_ms, ..drawn };
@@ -223,15 +238,17 @@ impl SliceRenderer {
         })
     }
 
-    /// Renders a frame as [`Self::render`] does, for a window drawn with the same device: nothing is copied to the host.
+    /// Renders a frame as [`Self::render_with`] does, for a window drawn with the same device: nothing is copied to the host.
     /// Returns when it is there.
     pub fn show(
         &self,
         volume: &PreparedVolume,
         classification: &SliceClassification,
         scene: &Scene,
+        cancel: Option<&AtomicBool>,
     ) -> Result<ShownFrame, GpuError> {
-        self.drawn(volume, classification, scene, &|_| {}, |finished, drawn| {
+        let progress = Progress::new(&|_| {}, cancel);
+        self.drawn(volume, classification, scene, &progress, |finished, drawn| {
             self.finisher.show(&self.gpu, finished, drawn.gpu_bytes)
         })
     }
@@ -242,7 +259,7 @@ impl SliceRenderer {
         volume: &PreparedVolume,
         classification: &SliceClassification,
         scene: &Scene,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
         take: impl FnOnce(&Finished, Statistics) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
         let shared = &volume.on_device;
@@ -308,7 +325,8 @@ impl SliceRenderer {
     }
 
     /// Draws all slices and makes the image of them; how many slices there are.
-    fn draw(&self, frame: &Frame, boxes: &[Brick], progress: &dyn Fn(f32)) -> Result<u64, GpuError> {
+    fn draw(&self, frame: &Frame, boxes: &[Brick], progress: &Progress) -> Result<u64, GpuError> {
+        progress.check()?;
         let made = self.pipelines.get(&self.gpu, frame.variant)?;
         let inputs = &frame.inputs;
         let clipped = frame.scene.clip().is_some();
@@ -342,7 +360,7 @@ impl SliceRenderer {
             self.gpu.checked("drawing slices", || {
                 self.blend(&made, &groups, frame, batch, [i == 0, i + 1 == batches.len()])
             })?;
-            progress((i + 1) as f32 / batches.len() as f32);
+            progress.advance(&self.gpu, (i + 1) as f32 / batches.len() as f32)?;
         }
         self.gpu.checked("the image of slices", || self.develop(&made, &groups, frame.targets))?;
         Ok(drawn.iter().map(|d| d.instances.len() as u64).sum())

@@ -38,7 +38,7 @@ use cutaway_core::volume::{Endian, Geometry, Rescale, Volume, VoxelType};
 
 pub(crate) use detached::plain_name;
 pub use error::{Place, ReadError};
-pub use raw::RawOptions;
+pub use raw::{RawOptions, UnknownVoxelType};
 pub use source::{DiskFolder, Folder, MemoryFolder, OpenError, ReadSeek, Source};
 
 use crate::limits::Limits;

@@ -17,6 +17,7 @@ use super::Drawing;
 use super::pipelines::{bind, bind_buffers, pass};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::progress::Progress;
 use crate::ranges::read_words;
 
 /// Pixels along a side of a tile, as `TILE` in `record.wgsl`.
@@ -165,7 +166,7 @@ impl TileBuffers {
         total: u32,
         alone: bool,
         keep: Keep,
-        progress: &dyn Fn(f32),
+        progress: &Progress,
     ) -> Result<(), GpuError> {
         let mut first = 0;
         let mut at_once = AT_ONCE;
@@ -199,7 +200,7 @@ impl TileBuffers {
                 self.composite(drawing, &TileTask { window, ..task }, live, whole)?;
             }
             first += count;
-            progress(first as f32 / total as f32);
+            progress.advance(drawing.gpu, first as f32 / total as f32)?;
         }
         Ok(())
     }
