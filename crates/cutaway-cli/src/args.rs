@@ -148,15 +148,15 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "W,H", allow_hyphen_values = true, help_heading = "Picture")]
     pub(crate) resolution: Option<List>,
 
-    /// Renderer: cpu, raycast or slices (both on a GPU), reference (slow and exact) or auto: raycast where there is a real
-    /// GPU, else cpu
+    /// Renderer: cpu; raycast, slices or cells (on a GPU); reference (slow and exact); or auto: cells for an unstructured
+    /// grid, else raycast where there is a real GPU, else cpu
     /// [auto]
     #[arg(long, value_parser = values::engine, value_name = "ENGINE", help_heading = "Engine")]
     pub(crate) engine: Option<Engine>,
     /// Threads of the cpu engine; 0 is one a core
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true, value_parser = values::threads, allow_hyphen_values = true, help_heading = "Engine")]
     pub(crate) threads: usize,
-    /// GPU of the raycast and slices engines, by a part of its name (`cutaway info --gpu` lists them) [the fastest]
+    /// GPU of the raycast, slices and cells engines, by a part of its name (`cutaway info --gpu` lists them) [the fastest]
     #[arg(long, value_name = "NAME", help_heading = "Engine")]
     pub(crate) gpu: Option<String>,
     /// Instructions of the cpu engine
