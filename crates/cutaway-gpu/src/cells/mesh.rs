@@ -244,12 +244,9 @@ impl GpuMesh {
             let task = MeshTask { first, end, depth_least: least as f32, depth_scale: depth_scale as f32 };
             gpu.checked("ordering cells", || {
                 let task = gpu.buffer("task", bytemuck::bytes_of(&task), wgpu::BufferUsages::UNIFORM);
-                let keys = [(6, &self.keys[0]), (7, &task), (8, &visible.cells)];
-                let resources = [[(3, &self.corners), (4, &self.places)].as_slice(), &keys].concat();
-                let resources: Vec<_> = resources
-                    .into_iter()
-                    .map(|(binding, buffer)| (binding, buffer.as_entire_binding()))
-                    .collect();
+                let buffers = [&self.corners, &self.places, &self.keys[0], &task, &visible.cells];
+                let bindings = [3, 4, 6, 7, 8].into_iter().zip(buffers.map(|b| b.as_entire_binding()));
+                let resources: Vec<_> = bindings.collect();
                 let group = bind(gpu, &steps.layouts.key_mesh, &resources);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

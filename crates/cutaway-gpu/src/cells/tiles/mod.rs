@@ -2,10 +2,12 @@
 //!
 //! 1. A stretch of tetrahedra in order becomes records (`record.wgsl`), and each tile's list of them is made by a stable
 //!    counting sort (`keep.wgsl`, `bin.wgsl`).
-//! 2. Each tile is composited in registers (`composite.wgsl`), and goes on where the last stretch left it.
+//! 2. Each tile is composited in registers (`composite.wgsl`), and goes on where the last stretch left it; a single stretch goes
+//!    straight to the image.
 //!
 //! There are no triangles to set up, nothing is interpolated or blended, and a tile that is opaque is done. Software adapters
-//! spend nearly all of a frame on the former.
+//! spend nearly all of a frame on the former. They give each thread one stretch of the workgroups, and run both sides of every
+//! `if`: hence the order of workgroups, and loops where one would branch.
 
 mod pipelines;
 
