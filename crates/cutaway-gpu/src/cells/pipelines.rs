@@ -337,7 +337,13 @@ impl Pipelines {
                 keep_grid: super::TILES_GRID_SHADER.module(device),
                 mesh,
                 tiles,
-                widen: widen_pipeline(device, &layouts),
+                widen: over_all(
+                    device,
+                    "widen",
+                    &super::WIDEN_SHADER.module(device),
+                    ["widen_all", "widen_pixel"],
+                    &layouts.widen,
+                ),
                 layouts,
                 target: if blends {
                     wgpu::TextureFormat::Rgba32Float
@@ -563,19 +569,25 @@ fn mesh_pipelines(device: &wgpu::Device, layouts: &Layouts) -> MeshPipelines {
     }
 }
 
-fn widen_pipeline(device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipeline {
-    let shader = super::WIDEN_SHADER.module(device);
+/// Draws one triangle over a whole image of floats.
+pub(super) fn over_all(
+    device: &wgpu::Device,
+    label: &'static str,
+    shader: &wgpu::ShaderModule,
+    [vertex, fragment]: [&'static str; 2],
+    group: &wgpu::BindGroupLayout,
+) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("widen"),
-        bind_group_layouts: &[Some(&layouts.widen)],
+        label: Some(label),
+        bind_group_layouts: &[Some(group)],
         immediate_size: 0,
     });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("widen"),
+        label: Some(label),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
-            module: &shader,
-            entry_point: Some("widen_all"),
+            module: shader,
+            entry_point: Some(vertex),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
         },
@@ -583,8 +595,8 @@ fn widen_pipeline(device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipel
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
-            module: &shader,
-            entry_point: Some("widen_pixel"),
+            module: shader,
+            entry_point: Some(fragment),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &[Some(wgpu::TextureFormat::Rgba32Float.into())],
         }),

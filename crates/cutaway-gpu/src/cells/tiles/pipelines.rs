@@ -1,7 +1,7 @@
 //! The pipelines that bin and draw tiles.
 
 use super::super::pipelines::{
-    COMPUTE, FRAGMENT, Variant, computed, group_layout, storage, texture, uniform,
+    COMPUTE, FRAGMENT, Variant, computed, group_layout, over_all, storage, texture, uniform,
 };
 use super::super::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER};
 
@@ -102,6 +102,7 @@ impl TilePipelines {
         let mesh = TILES_MESH_SHADER.module(device);
         let bin = TILES_BIN_SHADER.module(device);
         let composite = TILES_COMPOSITE_SHADER.module(device);
+        let show = TILES_SHOW_SHADER.module(device);
         let of_mesh =
             |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
         let of_lists = |entry| computed(device, &bin, entry, &[Some(&layouts.lists)], &[]);
@@ -120,7 +121,7 @@ impl TilePipelines {
             sum_tiles: of_lists("sum_tiles"),
             list_runs: of_lists("list_runs"),
             composites,
-            show: show_pipeline(device, &layouts.show),
+            show: over_all(device, "image in tiles", &show, ["show_all", "show_pixel"], &layouts.show),
             layouts,
         }
     }
@@ -128,34 +129,4 @@ impl TilePipelines {
     pub(super) fn composite(&self, variant: Variant, whole: bool) -> &wgpu::ComputePipeline {
         &self.composites[usize::from(whole)][usize::from(variant.parallel)][usize::from(variant.filterable)]
     }
-}
-
-fn show_pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
-    let shader = TILES_SHOW_SHADER.module(device);
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("image in tiles"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("image in tiles"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &shader,
-            entry_point: Some("show_all"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &shader,
-            entry_point: Some("show_pixel"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(wgpu::TextureFormat::Rgba32Float.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }
