@@ -239,7 +239,8 @@ impl App {
     }
 
     /// Waits a moment for the first frame of what was just asked for, where the processor that renders it also draws the
-    /// window: it would otherwise draw, and draw again as the pointer moves, what nobody needs, and be late with both. The frame is still shown in this drawing of the window, together with what lies over it.
+    /// window: it would otherwise draw, and draw again as the pointer moves, what nobody needs, and be late with both. The
+    /// frame is still shown in this drawing of the window, together with what lies over it.
     fn take_turns(&mut self, context: &Context) {
         let Some(serial) = self.awaited.take().filter(|_| self.takes_turns) else { return };
         let deadline = Instant::now() + TURN;

@@ -121,8 +121,8 @@ fn unsupported(content: &[u8], extension: &str) -> Option<&'static str> {
     Some(match extension {
         "dcm" | "ima" => "DICOM",
         "tif" | "tiff" => "TIFF",
-        "vti" | "vtu" | "vtp" | "vts" | "vtr" => "VTK's XML",
-        "vtk" => "legacy VTK (.vtk)",
+        // Not .vtk and .vtu: unstructured grids have a reader of their own.
+        "vti" | "vtp" | "vts" | "vtr" => "VTK's XML",
         "zarr" | "zip" | "tar" => "Zarr",
         "h5" | "hdf5" | "mnc" | "nc" => "HDF5",
         "mgh" | "mgz" => "FreeSurfer's MGH",

@@ -46,6 +46,10 @@ const WINDOW: u32 = 2048;
 /// Parts of the list of tiles are 2 to this power, as in `composite.wgsl`.
 const LIST_PARTS: u32 = 5;
 
+/// Runs of a workgroup, a thread each, as in `bin.wgsl`, `mesh.wgsl` and `grid.wgsl`: few, for there are few runs, and every core
+/// is to have some.
+const RUNS_OF_GROUP: u32 = 16;
+
 /// Entries that a thread makes on average, at most: some drivers end a shader's loops after 65,535 rounds.
 const ENTRIES_A_RUN: u64 = 8192;
 
@@ -237,7 +241,7 @@ impl TileBuffers {
                 let entries = resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
                 pass.set_bind_group(2, drawing.tables, &[]);
                 keep(&mut pass, &entries);
-                pass.dispatch_workgroups(self.runs.div_ceil(16), 1, 1);
+                pass.dispatch_workgroups(self.runs.div_ceil(RUNS_OF_GROUP), 1, 1);
             }
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -265,7 +269,7 @@ impl TileBuffers {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
                 pass.set_bind_group(0, &group, &[]);
                 pass.set_pipeline(&steps.list_runs);
-                pass.dispatch_workgroups(self.runs.div_ceil(16), 1, 1);
+                pass.dispatch_workgroups(self.runs.div_ceil(RUNS_OF_GROUP), 1, 1);
             }
             gpu.queue().submit([encoder.finish()]);
         })
