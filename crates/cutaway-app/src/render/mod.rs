@@ -2,7 +2,7 @@
 //!
 //! Enters: [`Request`]s, of which only the newest counts. Leaves: [`Frame`]s, the first within a fraction of a second at
 //! whatever quality fits, later ones finer until the picture is complete. A request that comes while a picture is being
-//! refined ends that; whoever asks never waits.
+//! refined ends that; whoever asks need not wait.
 //!
 //! | thread | does |
 //! |---|---|
