@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cutaway_core::glam::{DVec3, UVec3};
-use cutaway_core::scene::VolumeSource;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
+use cutaway_io::scene_file::VolumeReference;
 
 use crate::document::{Document, OpenVolume, SceneState, Solids};
 
@@ -19,6 +19,6 @@ pub(crate) fn document() -> Document {
     let geometry = Geometry::from_spacing(DVec3::new(1.0, 1.0, 2.0));
     let volume = Volume::new(dimensions, voxels.collect(), Rescale::IDENTITY, geometry).unwrap();
     let state = SceneState::of_volume(&volume);
-    let open = OpenVolume::new(volume, VolumeSource::Path("test.nrrd".to_owned()));
+    let open = OpenVolume::new(volume, VolumeReference::Path("test.nrrd".to_owned()));
     Document::new(Arc::new(open), state, Solids::default(), None)
 }

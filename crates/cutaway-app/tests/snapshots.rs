@@ -40,7 +40,7 @@ fn main() {
 
 fn document() -> Document {
     let volume = Arc::new(OpenVolume::read("sample:sphere:24").expect("a sample"));
-    let state = SceneState::of_volume(&volume.volume);
+    let state = SceneState::of_volume(volume.lattice());
     Document::new(volume, state, Solids::default(), None)
 }
 
@@ -88,7 +88,7 @@ fn light() -> Result<(), Failed> {
 fn slices() -> Result<(), Failed> {
     let mut document = document();
     document.add_shape(Shape::Sphere)?;
-    let center = document.volume().volume.center_in_world();
+    let center = document.volume().lattice().center_in_world();
     let mut slices = Slices::default();
     slices.crosshair = Some(center + DVec3::new(2.0, 1.0, -1.0));
     looks_as_before("slices", [220.0, 420.0], document, move |ui, document| slices.show(ui, document))

@@ -10,9 +10,10 @@ use cutaway_app::picture::Projection;
 use cutaway_app::render::engines::Engines;
 use cutaway_app::render::{DebugView, Pixels, Request};
 use cutaway_app::{App, Start};
-use cutaway_core::clip::{ClipSource, Sphere};
+use cutaway_core::clip::Sphere;
 use cutaway_core::glam::DVec3;
 use cutaway_core::scene::Mode;
+use cutaway_io::scene_file::ClipSource;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -204,7 +205,7 @@ fn place(harness: &Harness<'_, Option<App>>, point: DVec3) -> Pos2 {
 fn a_click_selects_the_cut_that_is_seen_and_no_other() {
     let mut harness = window(Some("sample:sphere:24"));
     let document = app_mut(&mut harness).document_mut().unwrap();
-    let volume = document.volume().volume.clone();
+    let volume = document.volume().lattice().clone();
     let (center, forward) = (volume.center_in_world(), document.state().camera.axes().forward);
     let radius = 0.2 * volume.extent().min_element() * volume.spacing().min_element();
     let ball = |center| Content::Object(ClipSource::Sphere(Sphere::new(center, radius).unwrap()));
@@ -243,7 +244,7 @@ fn clicks_that_measure_select_nothing() {
     app_mut(&mut harness).document_mut().unwrap().selected = None;
     harness.key_press(Key::M);
     settle(&mut harness);
-    let center = app(&harness).document().unwrap().volume().volume.center_in_world();
+    let center = app(&harness).document().unwrap().volume().lattice().center_in_world();
     let at = place(&harness, center);
     click(&mut harness, at);
     assert_eq!(app(&harness).slices().measure.points().count(), 1);
@@ -380,7 +381,7 @@ fn a_monkey_breaks_nothing() {
         let size = [8, 8];
         document
             .state()
-            .scene(&document.volume().volume, document.clip().as_ref(), size)
+            .scene(&document.volume().data, document.clip().as_ref(), size)
             .expect("every number is sane");
     }
 }

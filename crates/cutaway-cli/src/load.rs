@@ -5,13 +5,13 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, anyhow};
-use cutaway_core::scene::{RawVolumeSource, VolumeSource};
-use cutaway_core::tetrahedra::TetrahedralMesh;
+use anyhow::anyhow;
+use cutaway_core::scene::Data;
 use cutaway_core::volume::{Volume, VoxelType};
 use cutaway_io::mesh::recognize;
 use cutaway_io::named::{NamedVolume, NamedVolumeError, VolumeName, read_named};
 use cutaway_io::samples::{self, SampleError};
+use cutaway_io::scene_file::{VolumeReference, paths};
 use cutaway_io::transfer_function::{self, FunctionFormat};
 use cutaway_io::volume::{RawOptions, ReadError, ReadOptions};
 
@@ -21,10 +21,8 @@ use crate::values::tip;
 
 /// A volume and how it was come by.
 pub(crate) struct LoadedVolume {
-    /// Of an unstructured grid, what stands in for it.
-    pub(crate) volume: Volume,
-    /// An unstructured grid.
-    pub(crate) mesh: Option<TetrahedralMesh>,
+    /// A volume or an unstructured grid.
+    pub(crate) data: Data,
     /// What the user calls it, for messages.
     pub(crate) name: String,
     pub(crate) load_ms: f64,
@@ -40,18 +38,17 @@ pub(crate) fn from_argument(name: &OsStr, raw: &RawArgs) -> anyhow::Result<Loade
 }
 
 /// Loads what a scene file names, its paths being relative to `folder`. Options of the command line win.
-pub(crate) fn from_scene(source: &VolumeSource, scene: &Path, raw: &RawArgs) -> anyhow::Result<LoadedVolume> {
+pub(crate) fn from_scene(
+    source: &VolumeReference,
+    scene: &Path,
+    raw: &RawArgs,
+) -> anyhow::Result<LoadedVolume> {
     let mut said = read_options(raw)?;
     // What is wrong in a scene file is no wrong use of the program.
     let in_scene = |error: anyhow::Error| anyhow!("{}: {error:#}", scene.display());
-    let path = match source {
-        VolumeSource::Path(path) => path,
-        VolumeSource::Described(d) => {
-            let described = RawOptions::described(d).map_err(|e| in_scene(unknown_voxel_type(&e.name)))?;
-            said.raw = said.raw.or(described);
-            &d.path
-        }
-    };
+    let path = source.path();
+    let described = source.raw_options().map_err(|e| in_scene(unknown_voxel_type(&e.name)))?;
+    said.raw = said.raw.or(described);
     if path.is_empty() {
         return Err(in_scene(anyhow!(
             "`volume` is empty; give a path, relative to the scene file, or `sample:NAME`"
@@ -63,10 +60,10 @@ pub(crate) fn from_scene(source: &VolumeSource, scene: &Path, raw: &RawArgs) -> 
 
 fn load(origin: VolumeName, said: ReadOptions) -> anyhow::Result<LoadedVolume> {
     let started = Instant::now();
-    let NamedVolume { volume, mesh, notices } =
+    let NamedVolume { data, notices } =
         read_named(&origin, &said).map_err(|error| explained(&origin, error))?;
     let load_ms = started.elapsed().as_secs_f64() * 1e3;
-    Ok(LoadedVolume { volume, mesh, name: origin.to_string(), load_ms, notices, origin, said })
+    Ok(LoadedVolume { data, name: origin.to_string(), load_ms, notices, origin, said })
 }
 
 /// Why there is no such volume, in the words of the command line.
@@ -148,6 +145,11 @@ fn is_scene(path: &Path) -> bool {
 }
 
 impl LoadedVolume {
+    /// The regular grid that places the data in the world and holds its values.
+    pub(crate) fn lattice(&self) -> &Volume {
+        self.data.lattice()
+    }
+
     /// Tells the user what the reader had to say.
     pub(crate) fn report(&self, verbosity: Verbosity) {
         for notice in &self.notices {
@@ -157,43 +159,18 @@ impl LoadedVolume {
 
     /// The source as a scene file at `scene` names it: relative to its folder where the volume lies in or below that,
     /// so that both can move together, else absolute.
-    pub(crate) fn source_for(&self, scene: &Path) -> anyhow::Result<VolumeSource> {
+    pub(crate) fn source_for(&self, scene: &Path) -> anyhow::Result<VolumeReference> {
         if self.said.volume_index.is_some_and(|index| index > 0) {
             return Err(wrong_use(
                 "a scene file cannot hold --volume-index; leave out --save-scene or convert the file",
             ));
         }
         let path = match &self.origin {
-            VolumeName::Sample(name) => return Ok(VolumeSource::Path(format!("sample:{name}"))),
-            VolumeName::File(path) => path_in_scene(path, scene)?,
+            VolumeName::Sample(name) => return Ok(VolumeReference::Path(format!("sample:{name}"))),
+            VolumeName::File(path) => paths::in_scene(path, scene)?,
         };
-        let RawOptions { dims, voxel_type, spacing, big_endian, header_bytes } = self.said.raw;
-        if self.said.raw == RawOptions::default() {
-            return Ok(VolumeSource::Path(path));
-        }
-        let voxel_type = voxel_type.map(|t| t.name().to_owned());
-        Ok(VolumeSource::Described(RawVolumeSource {
-            path,
-            spacing,
-            dims,
-            voxel_type,
-            big_endian,
-            header_bytes,
-        }))
+        Ok(VolumeReference::of_raw(path, &self.said.raw))
     }
-}
-
-/// A file as the scene file at `scene` names it: relative to its folder where it lies in or below that, so that both can
-/// move together, else absolute.
-pub(crate) fn path_in_scene(path: &Path, scene: &Path) -> anyhow::Result<String> {
-    let name = path.display();
-    let path = std::path::absolute(path).with_context(|| name.to_string())?;
-    let scene = std::path::absolute(scene).with_context(|| scene.display().to_string())?;
-    let relative = scene.parent().and_then(|folder| path.strip_prefix(folder).ok());
-    let relative = relative.filter(|path| !path.to_string_lossy().starts_with("sample:"));
-    relative.unwrap_or(&path).to_str().map(str::to_owned).ok_or_else(|| {
-        anyhow!("{name}: a scene file cannot hold a name that is not Unicode; rename the file")
-    })
 }
 
 fn read_options(raw: &RawArgs) -> anyhow::Result<ReadOptions> {

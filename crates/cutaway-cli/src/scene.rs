@@ -9,14 +9,13 @@ use cutaway_core::colormaps::ColormapError;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
 use cutaway_core::scene::{
-    Engine, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, SceneFile, TransferFunctionFile,
-    default_camera,
+    Engine, Layer, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, default_camera,
 };
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
-use cutaway_io::json::read_scene;
 use cutaway_io::limits::Limits;
-use cutaway_io::transfer_function::{FunctionFile, read_transfer_function};
+use cutaway_io::scene_file::{SceneFile, read_scene};
+use cutaway_io::transfer_function::{FunctionFile, TransferFunctionFile, read_transfer_function};
 use cutaway_io::volume::Loaded;
 
 use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs};
@@ -86,7 +85,7 @@ impl Prepared {
             function(&args.function, file.as_ref(), preset, given, &loaded, &settings, &origins)?;
         let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
         let in_file = file.as_ref().zip(args.scene.as_deref());
-        let clip = PreparedClip::new(&args.clip, in_file, &loaded.volume, &settings)?;
+        let clip = PreparedClip::new(&args.clip, in_file, loaded.lattice(), &settings)?;
         let clip_shading = clip::shading(&args.clip, file.as_ref());
         clip_shading.validate().map_err(|e| origins.blame(&e))?;
         Ok(Self {
@@ -104,16 +103,15 @@ impl Prepared {
     }
 
     /// The scene, every number checked.
-    pub(crate) fn scene<'a>(&'a self) -> anyhow::Result<Scene<'a>> {
+    pub(crate) fn scene(&self) -> anyhow::Result<Scene> {
         let scene = Scene::new(
-            &self.loaded.volume,
-            &self.function,
-            self.unit_distance,
+            Layer::new(self.loaded.data.clone(), &self.function)
+                .with_unit_distance(self.unit_distance)
+                .with_lighting(self.lighting.clone()),
             self.camera.clone(),
-            self.lighting.clone(),
             self.settings.clone(),
         );
-        let clipped = |scene: Scene<'a>| match &self.clip {
+        let clipped = |scene: Scene| match &self.clip {
             Some(clip) => scene.with_clip(&clip.clip, self.clip_shading.clone()),
             None => Ok(scene),
         };
@@ -314,7 +312,7 @@ fn function(
     settings: &RenderSettings,
     origins: &Origins,
 ) -> anyhow::Result<(TransferFunction, Option<f64>)> {
-    let volume = &loaded.volume;
+    let volume = loaded.lattice();
     let projection = matches!(settings.mode, Mode::Mip | Mode::Minip | Mode::Mean);
     let (function, unit) = if let Some(preset) = preset {
         (preset.transfer_function(volume), preset.unit_distance())
@@ -370,7 +368,7 @@ fn camera(
 ) -> anyhow::Result<Camera> {
     let aspect = f64::from(settings.resolution[0]) / f64::from(settings.resolution[1]);
     let mut camera =
-        file.and_then(|f| f.camera.clone()).unwrap_or_else(|| default_camera(&loaded.volume, aspect));
+        file.and_then(|f| f.camera.clone()).unwrap_or_else(|| default_camera(loaded.lattice(), aspect));
     if let Some(p) = &args.camera_position {
         camera.position = p.exactly("--camera-position")?;
     }

@@ -158,7 +158,7 @@ mod tests {
     use crate::camera::Camera;
     use crate::lighting::Lighting;
     use crate::reference;
-    use crate::scene::{RenderSettings, Scene};
+    use crate::scene::{Layer, RenderSettings, Scene};
     use crate::volume::{Geometry, Rescale};
     use glam::{DVec3, UVec3};
 
@@ -239,7 +239,12 @@ mod tests {
             let render = RenderSettings { mode: preset.mode, resolution: [25, 25], ..Default::default() };
             let function = preset.transfer_function(&volume);
             let unit = preset.unit_distance();
-            let scene = Scene::new(&volume, &function, unit, camera, lighting, render).unwrap();
+            let scene = Scene::new(
+                Layer::new(volume.clone(), &function).with_unit_distance(unit).with_lighting(lighting),
+                camera,
+                render,
+            )
+            .unwrap();
             let image = reference::render(&scene);
             let brightest = |p: &[f32; 4]| p[0].max(p[1]).max(p[2]);
             let shown = image.pixels().iter().filter(|p| p[3] > 0.1 && brightest(p) > 0.05).count();

@@ -112,7 +112,7 @@ struct Pixel {
 const NOTHING: Pixel = Pixel { premultiplied: [0.0; 4], depth: f64::INFINITY };
 
 struct Caster<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     knots: Vec<f64>,
     vanishing: f64,
 }
@@ -131,7 +131,7 @@ struct CastRay<'a> {
 }
 
 impl<'a> Caster<'a> {
-    fn new(scene: &'a Scene<'a>) -> Self {
+    fn new(scene: &'a Scene) -> Self {
         let vanishing = field::vanishing_gradient(scene.volume());
         Self { scene, knots: scene.transfer_function().knots(), vanishing }
     }

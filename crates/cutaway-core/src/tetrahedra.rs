@@ -1,7 +1,7 @@
 //! Unstructured grids: points anywhere, a value at each, and tetrahedra between them.
 //!
 //! The field is linear in each tetrahedron, and there is none outside of them. What else has to do with a volume (a view
-//! that frames it, a histogram, a clip) gets a [stand-in](TetrahedralMesh::stand_in), a grid of the same box and values.
+//! that frames it, a histogram, a clip) uses its [lattice](TetrahedralMesh::lattice), a regular grid of the same box and values.
 
 use glam::{DAffine3, DMat3, DVec3, UVec3};
 
@@ -67,7 +67,7 @@ pub struct TetrahedralMesh {
     cells: Vec<[u32; 4]>,
     values: Vec<f32>,
     bounds: [DVec3; 2],
-    stand_in: Volume,
+    lattice: Volume,
 }
 
 impl TetrahedralMesh {
@@ -99,9 +99,9 @@ impl TetrahedralMesh {
             let p = points[corner as usize];
             bounds = [bounds[0].min(p), bounds[1].max(p)];
         }
-        let stand_in = stand_in(bounds, &values)?;
-        let values = (0..points.len()).map(|i| stand_in.voxels().get(i)).collect();
-        Ok(Self { points, cells, values, bounds, stand_in })
+        let lattice = lattice(bounds, &values)?;
+        let values = (0..points.len()).map(|i| lattice.voxels().get(i)).collect();
+        Ok(Self { points, cells, values, bounds, lattice })
     }
 
     /// Points in the world.
@@ -126,8 +126,8 @@ impl TetrahedralMesh {
 
     /// A grid over the same box that holds the points' values, in no order that means anything, some of them twice: for
     /// whatever asks a volume where it is, how fine it is, or which values it has.
-    pub fn stand_in(&self) -> &Volume {
-        &self.stand_in
+    pub fn lattice(&self) -> &Volume {
+        &self.lattice
     }
 
     /// The gradient of the field in a tetrahedron, value per world unit; none where it has no volume.
@@ -190,7 +190,7 @@ pub fn five_of_a_cell(parity: u32) -> [[u32; 4]; 5] {
 }
 
 /// A grid over a box with about as many voxels as there are values.
-fn stand_in([lo, hi]: [DVec3; 2], values: &[f32]) -> Result<Volume, TetrahedraError> {
+fn lattice([lo, hi]: [DVec3; 2], values: &[f32]) -> Result<Volume, TetrahedraError> {
     let size = hi - lo;
     if size.min_element() <= 1e-9 * size.max_element() {
         return Err(TetrahedraError::Flat { size: size.to_array() });
@@ -223,8 +223,8 @@ mod tests {
         assert!((mesh.gradient(0).unwrap() - slope).length() < 1e-6);
         assert!(mesh.point_gradients().iter().all(|g| (*g - slope).length() < 1e-6));
         assert_eq!(mesh.bounds(), [DVec3::ZERO, DVec3::new(1.0, 2.0, 4.0)]);
-        assert_eq!(mesh.stand_in().value_range(), [5.0, 10.0]);
-        assert_eq!(mesh.stand_in().corners_in_world()[7], DVec3::new(1.0, 2.0, 4.0));
+        assert_eq!(mesh.lattice().value_range(), [5.0, 10.0]);
+        assert_eq!(mesh.lattice().corners_in_world()[7], DVec3::new(1.0, 2.0, 4.0));
     }
 
     #[test]

@@ -415,8 +415,7 @@ mod tests {
     use crate::simd::{LaneWork, SimdChoice, dispatch};
     use cutaway_core::camera::Camera;
     use cutaway_core::glam::{DVec3, Vec3};
-    use cutaway_core::lighting::Lighting;
-    use cutaway_core::scene::{RenderSettings, Scene};
+    use cutaway_core::scene::{Layer, RenderSettings, Scene};
     use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
     use cutaway_core::value_ranges::BlockGrid;
     use cutaway_core::volume::{Geometry, Rescale, Volume};
@@ -520,7 +519,7 @@ mod tests {
             let gray = ControlPoint { value: 0.0, color: [0.5; 3], opacity: 0.5 };
             let function = TransferFunction::new(vec![gray]).unwrap();
             let settings = RenderSettings { step, resolution: [61, 61], ..Default::default() };
-            let scene = Scene::new(&volume, &function, None, camera, Lighting::default(), settings).unwrap();
+            let scene = Scene::new(Layer::new(volume.clone(), &function), camera, settings).unwrap();
             let frame = Frame::new(&scene);
             for choice in [SimdChoice::Scalar, SimdChoice::Avx2, SimdChoice::Auto] {
                 if let Ok(level) = choice.level() {

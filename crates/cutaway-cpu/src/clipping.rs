@@ -21,7 +21,7 @@ use crate::tiles::{TILE, Tile};
 
 /// A clip under the camera of a frame.
 pub(crate) struct ClipFrame<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     clip: &'a FlatClip,
     /// One a leaf of the clip.
     leaves: Vec<Box<dyn PixelEvents + Send + 'a>>,
@@ -76,7 +76,7 @@ pub(crate) struct KeptLanes {
 
 impl<'a> ClipFrame<'a> {
     /// The clip of a scene, if it has one.
-    pub(crate) fn new(scene: &'a Scene<'a>) -> Option<Self> {
+    pub(crate) fn new(scene: &'a Scene) -> Option<Self> {
         let clip = scene.clip()?;
         let (width, height) = scene.resolution();
         let rays = scene.camera().rays(width, height);

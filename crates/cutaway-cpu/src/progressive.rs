@@ -52,7 +52,7 @@ pub struct Progressive<'a> {
     renderer: &'a CpuRenderer,
     volume: &'a CpuVolume,
     classification: &'a Classification,
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     /// What is being cast: whole at any time, filled in from the lattice before where it is not cast yet.
     current: Lattice,
     /// Tiles of the current lattice, and how many of them are cast.
@@ -72,7 +72,7 @@ impl CpuRenderer {
         &'a self,
         volume: &'a CpuVolume,
         classification: &'a Classification,
-        scene: &'a Scene<'a>,
+        scene: &'a Scene,
     ) -> Progressive<'a> {
         let size = scene.resolution();
         let spacing = first_spacing(size);

@@ -63,7 +63,7 @@ pub(crate) struct PacketRays {
 }
 
 impl<'a> Frame<'a> {
-    pub(crate) fn new(scene: &Scene<'a>) -> Self {
+    pub(crate) fn new(scene: &'a Scene) -> Self {
         let (width, height) = scene.resolution();
         let volume = scene.volume();
         let rays = scene.camera().rays(width, height);

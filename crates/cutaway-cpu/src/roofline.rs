@@ -13,8 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use cutaway_core::glam::{DVec3, UVec3};
-use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{Layer, RenderSettings, Scene, default_camera};
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 use cutaway_core::volume::{Geometry, Rescale, Volume, VoxelType};
 use cutaway_core::with_voxels;
@@ -136,7 +135,7 @@ impl Ceiling {
             TransferFunction::new(vec![point(lo), point(hi)]).expect("two points in ascending order");
         let settings = RenderSettings { step: 1.0, ..RenderSettings::default() };
         let camera = default_camera(volume, 1.0);
-        let scene = Scene::new(volume, &function, None, camera, Lighting::default(), settings)
+        let scene = Scene::new(Layer::new(volume.clone(), &function), camera, settings)
             .expect("a plain scene of a cube");
         Looks::new(volume.stored_range(), ENTRIES, Shading::new(&scene))
     }

@@ -6,12 +6,12 @@
 
 pub mod atomic;
 pub mod image;
-pub mod json;
 pub mod limits;
 pub mod mesh;
 pub mod named;
 pub mod patches;
 pub mod samples;
+pub mod scene_file;
 pub mod solids;
 pub mod tetrahedra;
 pub mod transfer_function;

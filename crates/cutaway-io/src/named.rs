@@ -1,13 +1,12 @@
 //! What a user names a volume by: a file of voxels, one of an unstructured grid, or a sample.
 //!
-//! Enters: a name, and what was said of it. Leaves: a volume, with the grid that it stands in for where there is one.
+//! Enters: a name, and what was said of it. Leaves: a volume or an unstructured grid.
 
 use std::ffi::OsStr;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use cutaway_core::tetrahedra::TetrahedralMesh;
-use cutaway_core::volume::Volume;
+use cutaway_core::scene::Data;
 
 use crate::samples::{SampleError, read_sample};
 use crate::tetrahedra::{self, TetrahedraReadError, TetrahedraReadOptions, read_tetrahedra};
@@ -55,10 +54,8 @@ impl fmt::Display for VolumeName {
 /// A volume by its name.
 #[derive(Debug)]
 pub struct NamedVolume {
-    /// The voxels; of an unstructured grid, what stands in for it.
-    pub volume: Volume,
-    /// An unstructured grid.
-    pub mesh: Option<TetrahedralMesh>,
+    /// A volume or an unstructured grid.
+    pub data: Data,
     /// What the reader had to say, one line each.
     pub notices: Vec<String>,
 }
@@ -117,12 +114,11 @@ pub fn read_named(name: &VolumeName, options: &ReadOptions) -> Result<NamedVolum
             let options =
                 TetrahedraReadOptions { limits: options.limits, ..TetrahedraReadOptions::default() };
             let loaded = read_tetrahedra(path, &options)?;
-            let volume = loaded.value.stand_in().clone();
-            return Ok(NamedVolume { volume, mesh: Some(loaded.value), notices: loaded.notices });
+            return Ok(NamedVolume { data: loaded.value.into(), notices: loaded.notices });
         }
         VolumeName::File(path) => read_volume(path, options)?,
     };
-    Ok(NamedVolume { volume: loaded.value, mesh: None, notices: loaded.notices })
+    Ok(NamedVolume { data: loaded.value.into(), notices: loaded.notices })
 }
 
 #[cfg(test)]
@@ -149,7 +145,7 @@ mod tests {
     fn samples_files_and_grids_are_read() {
         let plain = ReadOptions::default();
         let sample = read("sample:sphere:8", &plain).unwrap();
-        assert!(sample.mesh.is_none() && sample.volume.dimensions().x == 8);
+        assert!(sample.data.volume().is_some_and(|volume| volume.dimensions().x == 8));
         let folder = tempfile::tempdir().unwrap();
         let grid = folder.path().join("grid.vtk");
         let text = "# vtk DataFile Version 3.0\none\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n\
@@ -157,7 +153,7 @@ mod tests {
                     SCALARS value float 1\nLOOKUP_TABLE default\n0 1 2 3\n";
         std::fs::write(&grid, text).unwrap();
         let name = grid.to_str().unwrap();
-        assert!(read(name, &plain).unwrap().mesh.is_some());
+        assert!(read(name, &plain).unwrap().data.grid().is_some());
         let second = ReadOptions { volume_index: Some(1), ..plain.clone() };
         let error = read(name, &second).unwrap_err();
         assert!(error.contains("grid.vtk holds one unstructured grid"), "{error}");
@@ -169,7 +165,7 @@ mod tests {
             ..RawOptions::default()
         };
         let raw = ReadOptions { raw, ..plain };
-        assert!(read(name, &raw).unwrap().mesh.is_none());
+        assert!(read(name, &raw).unwrap().data.grid().is_none());
     }
 
     #[test]

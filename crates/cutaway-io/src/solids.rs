@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use cutaway_core::clip::{ClipSource, ExternalSolid, Solid};
+use cutaway_core::clip::Solid;
 use cutaway_mesh::patches::{Tessellation, TessellationError};
 use cutaway_mesh::{EventFinder, MeshSolid, RepairError, RepairOptions, TriangleMesh, repair};
 
 use crate::mesh::{MeshReadError, MeshReadOptions, read_mesh};
 use crate::patches::{self, PatchReadError};
+use crate::scene_file::{ClipSource, ExternalSolid};
 
 /// Why a file is no solid.
 #[derive(Debug, thiserror::Error)]

@@ -86,12 +86,7 @@ pub fn settings(mode: Mode, volume: &Volume) -> RenderSettings {
 ///
 /// # Panics
 /// If settings are out of range.
-pub fn scene<'a>(
-    volume: &'a Volume,
-    clip: &Clip,
-    shading: ClipShading,
-    settings: RenderSettings,
-) -> Scene<'a> {
+pub fn scene(volume: &Volume, clip: &Clip, shading: ClipShading, settings: RenderSettings) -> Scene {
     let scene = framed(volume, &soft(volume.value_range()), Lighting::default(), settings);
     scene.with_clip(clip, shading).unwrap()
 }

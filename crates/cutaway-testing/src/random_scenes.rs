@@ -14,7 +14,8 @@ use cutaway_core::clip::{
 use cutaway_core::glam::{DAffine3, DMat3, DVec3, EulerRot, UVec3};
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::scene::{
-    Gradient, ImageInterpolation, Layout, Mode, RenderSettings, Sampling, Scene, SceneError, SpaceSkipping,
+    Gradient, ImageInterpolation, Layer, Layout, Mode, RenderSettings, Sampling, Scene, SceneError,
+    SpaceSkipping,
 };
 use cutaway_core::space::WorldFrame;
 use cutaway_core::transfer_function::TransferFunction;
@@ -123,9 +124,15 @@ impl RandomScene {
     }
 
     /// The scene with these settings instead of its own.
-    pub fn scene_with(&self, settings: RenderSettings) -> Result<Scene<'_>, SceneError> {
+    pub fn scene_with(&self, settings: RenderSettings) -> Result<Scene, SceneError> {
         let (camera, lighting) = (self.camera.clone(), self.lighting.clone());
-        let scene = Scene::new(&self.volume, &self.function, self.unit_distance, camera, lighting, settings)?;
+        let scene = Scene::new(
+            Layer::new(self.volume.clone(), &self.function)
+                .with_unit_distance(self.unit_distance)
+                .with_lighting(lighting),
+            camera,
+            settings,
+        )?;
         match &self.clip {
             Some((clip, shading)) => scene.with_clip(clip, shading.clone()),
             None => Ok(scene),

@@ -3,7 +3,7 @@
 use cutaway_core::camera::Camera;
 use cutaway_core::glam::{DAffine3, DMat3, DVec3, UVec3};
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{RenderSettings, Scene};
+use cutaway_core::scene::{Layer, RenderSettings, Scene};
 use cutaway_core::space::WorldFrame;
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 use cutaway_core::volume::{Geometry, Rescale, Volume};
@@ -29,16 +29,17 @@ pub fn soft(range: [f64; 2]) -> TransferFunction {
 }
 
 /// A scene of a volume seen from a side, framed.
-pub fn framed<'a>(
-    volume: &'a Volume,
+pub fn framed(
+    volume: &Volume,
     function: &TransferFunction,
     lighting: Lighting,
     settings: RenderSettings,
-) -> Scene<'a> {
+) -> Scene {
     let aspect = f64::from(settings.resolution[0]) / f64::from(settings.resolution[1]);
     let camera =
         Camera::framing(&volume.corners_in_world(), DVec3::new(0.4, 0.8, -0.3), DVec3::Z, aspect, 1.05);
-    Scene::new(volume, function, None, camera, lighting, settings).expect("a valid scene")
+    Scene::new(Layer::new(volume.clone(), function).with_lighting(lighting), camera, settings)
+        .expect("a valid scene")
 }
 
 /// A volume of one value.

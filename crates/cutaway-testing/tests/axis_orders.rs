@@ -1,8 +1,7 @@
 //! One object, stored in each of the 48 ways in which voxel axes can lie along world axes: one picture.
 
 use cutaway_core::glam::{DAffine3, DMat3, DVec3, UVec3};
-use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::space::{WorldFrame, orientation_letters};
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_cpu::SimdChoice;
@@ -67,8 +66,7 @@ fn every_axis_order_gives_the_same_picture_and_its_own_letters() {
                 let settings = RenderSettings { mode, resolution: SMALL, ..RenderSettings::default() };
                 let camera = default_camera(&volume, f64::from(SMALL[0]) / f64::from(SMALL[1]));
                 let function = soft([0.0, 255.0]);
-                let scene =
-                    Scene::new(&volume, &function, None, camera, Lighting::default(), settings).unwrap();
+                let scene = Scene::new(Layer::new(volume.clone(), &function), camera, settings).unwrap();
                 let image = cpu(&scene, SimdChoice::Auto, 0).0;
                 // Rounding alone; a sample may fall to the next entry of the classification table.
                 let tolerance = Tolerance { rmse: 2e-4, bias: 5e-5, outliers: 0.0 };

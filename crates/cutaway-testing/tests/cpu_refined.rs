@@ -17,7 +17,7 @@ fn noise() -> Volume {
     oblique_noise(UVec3::new(37, 25, 19), 11)
 }
 
-fn scene<'a>(volume: &'a Volume, shade: bool, settings: RenderSettings) -> Scene<'a> {
+fn scene(volume: &Volume, shade: bool, settings: RenderSettings) -> Scene {
     framed(volume, &soft(volume.value_range()), Lighting { shade, ..Lighting::default() }, settings)
 }
 

@@ -5,7 +5,7 @@ use cutaway_core::histogram::default_for_mode;
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::presets;
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::volume::Volume;
 use cutaway_cpu::SimdChoice;
 use cutaway_io::samples::read_sample;
@@ -24,10 +24,10 @@ fn settings(mode: Mode) -> RenderSettings {
     RenderSettings { mode, resolution: SIZE, ..RenderSettings::default() }
 }
 
-fn scene(volume: &Volume, settings: RenderSettings, lighting: Lighting) -> Scene<'_> {
+fn scene(volume: &Volume, settings: RenderSettings, lighting: Lighting) -> Scene {
     let function = default_for_mode(volume, settings.mode);
     let camera = default_camera(volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
-    Scene::new(volume, &function, None, camera, lighting, settings).unwrap()
+    Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera, settings).unwrap()
 }
 
 #[test]
@@ -86,6 +86,13 @@ fn presets_and_the_reference() {
     let lighting = Lighting { shade: preset.shade, ..Lighting::default() };
     let camera = default_camera(&volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
     let settings = settings(preset.mode);
-    let scene = Scene::new(&volume, &function, preset.unit_distance(), camera, lighting, settings).unwrap();
+    let scene = Scene::new(
+        Layer::new(volume.clone(), &function)
+            .with_unit_distance(preset.unit_distance())
+            .with_lighting(lighting),
+        camera,
+        settings,
+    )
+    .unwrap();
     assert_golden("mr-head-preset-mr-default", &reference::render(&scene));
 }

@@ -13,7 +13,7 @@ use cutaway_core::image::Image;
 use cutaway_core::image::compare::{Comparison, compare};
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, SpaceSkipping, default_camera};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, SpaceSkipping, default_camera};
 use cutaway_core::volume::Volume;
 use cutaway_cpu::SimdChoice;
 use cutaway_gpu::context::Fallbacks;
@@ -126,7 +126,7 @@ fn real_volume(name: &str) -> Result<(), Failed> {
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n").into()) }
 }
 
-fn real_scene(volume: &Volume, mode: Mode, shade: bool) -> Scene<'_> {
+fn real_scene(volume: &Volume, mode: Mode, shade: bool) -> Scene {
     let histogram = Histogram::new(volume, 256);
     let settings = RenderSettings {
         mode,
@@ -138,8 +138,12 @@ fn real_scene(volume: &Volume, mode: Mode, shade: bool) -> Scene<'_> {
     };
     let camera = default_camera(volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
     let lighting = Lighting { shade, ..Lighting::default() };
-    Scene::new(volume, &default_for_mode(volume, mode), None, camera, lighting, settings)
-        .expect("a valid scene")
+    Scene::new(
+        Layer::new(volume.clone(), &default_for_mode(volume, mode)).with_lighting(lighting),
+        camera,
+        settings,
+    )
+    .expect("a valid scene")
 }
 
 fn settings(mode: Mode, volume: &Volume) -> RenderSettings {

@@ -14,7 +14,7 @@ use cutaway_core::image::Image;
 use cutaway_core::image::compare::{Comparison, compare};
 use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, SceneError, default_camera};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, SceneError, default_camera};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_gpu::cells::{CellDrawing, CellIntegral, CellOptions, CellRenderer, CellStatistics, Split};
@@ -135,7 +135,8 @@ fn real_volume(name: &str) -> Result<(), Failed> {
         }
         let lighting = Lighting { shade, ..Lighting::default() };
         let function = default_for_mode(&volume, Mode::Composite);
-        let mut scene = Scene::new(&volume, &function, None, camera, lighting, settings)?;
+        let mut scene =
+            Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera, settings)?;
         if cut {
             scene = scene.with_clip(&ball_cut(hi, 0.35 * lo.distance(hi)), ClipShading::default())?;
         }
@@ -170,11 +171,15 @@ fn waves(side: u32) -> Volume {
     Volume::new(UVec3::splat(side), voxels, Rescale::IDENTITY, geometry).expect("a valid volume")
 }
 
-fn wave_scene(volume: &Volume) -> Result<Scene<'_>, SceneError> {
+fn wave_scene(volume: &Volume) -> Result<Scene, SceneError> {
     let settings = RenderSettings { resolution: SMALL, ..RenderSettings::default() };
     let camera = default_camera(volume, f64::from(SMALL[0]) / f64::from(SMALL[1]));
     let lighting = Lighting { shade: false, ..Lighting::default() };
-    Scene::new(volume, &soft([-1.7, 1.7]), Some(1.0), camera, lighting, settings)
+    Scene::new(
+        Layer::new(volume.clone(), &soft([-1.7, 1.7])).with_unit_distance(Some(1.0)).with_lighting(lighting),
+        camera,
+        settings,
+    )
 }
 
 /// The reference takes its field from a fine grid, cells come from coarser ones.
@@ -197,7 +202,7 @@ fn a_finer_grid_comes_nearer() -> Result<(), Failed> {
     Ok(())
 }
 
-fn small_scene(volume: &Volume, shade: bool) -> Scene<'_> {
+fn small_scene(volume: &Volume, shade: bool) -> Scene {
     let settings = RenderSettings { resolution: SMALL, ..RenderSettings::default() };
     framed(volume, &soft(volume.value_range()), Lighting { shade, ..Lighting::default() }, settings)
 }
@@ -263,7 +268,7 @@ fn a_mesh_is_what_the_walk_finds() -> Result<(), Failed> {
     let volume = oblique_noise(UVec3::new(11, 9, 8), 3);
     let mesh = TetrahedralMesh::from_volume(&volume)?;
     for (shade, parallel) in [(false, false), (true, true)] {
-        let mut scene = small_scene(mesh.stand_in(), shade);
+        let mut scene = small_scene(mesh.lattice(), shade);
         if parallel {
             let mut camera = scene.camera().clone();
             camera.orthographic = Some(12.0);
@@ -291,7 +296,7 @@ fn a_mesh_of_uneven_cells_is_near_to_the_walk() -> Result<(), Failed> {
     });
     let mesh = TetrahedralMesh::new(bent.collect(), even.cells().to_vec(), even.values().to_vec())?;
     for turn in 0..3 {
-        let mut scene = small_scene(mesh.stand_in(), false);
+        let mut scene = small_scene(mesh.lattice(), false);
         let mut camera = scene.camera().clone();
         camera.azimuth(2.0 * f64::from(turn));
         scene.set_camera(camera)?;
@@ -327,8 +332,8 @@ fn an_eye_inside_a_mesh_sees_what_the_walk_finds() -> Result<(), Failed> {
     let volume = oblique_noise(UVec3::new(9, 8, 7), 4);
     let mesh = TetrahedralMesh::from_volume(&volume)?;
     for offset in [DVec3::ZERO, DVec3::new(1.3, -0.4, 0.6)] {
-        let mut scene = small_scene(mesh.stand_in(), false);
-        from_inside(&mut scene, mesh.stand_in().center_in_world() + offset)?;
+        let mut scene = small_scene(mesh.lattice(), false);
+        from_inside(&mut scene, mesh.lattice().center_in_world() + offset)?;
         let image = drawn_mesh(&renderer, &mesh, &scene)?;
         near("inside a mesh", &walk(&mesh, &scene), &image, BY_CENTROIDS)?;
     }
@@ -343,7 +348,7 @@ fn tiles_and_triangles_agree() -> Result<(), Failed> {
     let (tiles, triangles) = (by(CellDrawing::Tiles)?, by(CellDrawing::Triangles)?);
     for parallel in [false, true] {
         let mut scene = small_scene(&volume, false);
-        let mut of_mesh = small_scene(mesh.stand_in(), false);
+        let mut of_mesh = small_scene(mesh.lattice(), false);
         if parallel {
             for (scene, height) in [(&mut scene, 30.0), (&mut of_mesh, 12.0)] {
                 let mut camera = scene.camera().clone();

@@ -65,7 +65,7 @@ fn clip_statistics(renderer: &RaycastRenderer, scene: &Scene) -> ClipStatistics 
     raycast(scene, renderer).1.clip
 }
 
-fn composite<'a>(volume: &'a Volume, clip: &Clip) -> Scene<'a> {
+fn composite(volume: &Volume, clip: &Clip) -> Scene {
     scene(volume, clip, ClipShading::default(), settings(Mode::Composite, volume))
 }
 

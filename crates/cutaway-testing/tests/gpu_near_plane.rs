@@ -6,7 +6,7 @@ use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::compare::compare;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, SpaceSkipping};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_testing::engines::raycast;
@@ -82,7 +82,7 @@ fn eye_at(volume: &Volume, depth: f64) -> Camera {
     }
 }
 
-fn scene(volume: &Volume, mode: Mode, camera: Camera, space_skipping: SpaceSkipping) -> Scene<'_> {
+fn scene(volume: &Volume, mode: Mode, camera: Camera, space_skipping: SpaceSkipping) -> Scene {
     let function = TransferFunction::new(vec![
         point(0.1, [0.2, 0.4, 0.9], 0.0),
         point(0.6, [0.9, 0.6, 0.3], 0.2),
@@ -100,7 +100,8 @@ fn scene(volume: &Volume, mode: Mode, camera: Camera, space_skipping: SpaceSkipp
     let function = function.expect("ordered points");
     // Where the wall is thickest, normals turn over within a voxel: light would need a finer step, except on surfaces.
     let lighting = Lighting { shade: mode == Mode::Iso, ..Lighting::default() };
-    Scene::new(volume, &function, None, camera, lighting, settings).expect("a valid scene")
+    Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera, settings)
+        .expect("a valid scene")
 }
 
 fn fly_to(name: &str, depth: f64) -> Result<(), Failed> {

@@ -13,7 +13,7 @@ use cutaway_core::glam::{DAffine3, DMat3, DVec3, UVec3, Vec3};
 use cutaway_core::image::Image;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene};
 use cutaway_core::volume::Volume;
 use cutaway_gpu::{ClipLayer, GpuError, PeelSettings, RaycastRenderer, Statistics};
 use cutaway_mesh::{EventFinder, MeshSolid, PixelEvents, TileEvents, TileRect, TriangleMesh, shapes};
@@ -126,7 +126,7 @@ fn limited(count: u32, backmost: bool) -> RenderSettings {
     RenderSettings { segments: count, backmost, ..settings() }
 }
 
-fn scene<'a>(volume: &'a Volume, clip: &Clip, settings: RenderSettings) -> Scene<'a> {
+fn scene(volume: &Volume, clip: &Clip, settings: RenderSettings) -> Scene {
     let scene = framed(volume, &soft(volume.value_range()), Lighting::default(), settings);
     scene.with_clip(clip, ClipShading::default()).unwrap()
 }
@@ -138,11 +138,15 @@ fn render(renderer: &RaycastRenderer, scene: &Scene) -> Result<(Image, Statistic
 }
 
 /// The same scene by event lists.
-fn listed<'a>(scene: &Scene<'a>, clip: &Clip) -> Scene<'a> {
+fn listed(scene: &Scene, clip: &Clip) -> Scene {
     let settings = RenderSettings { clip_events: ClipEvents::Lists, ..scene.settings().clone() };
     let (function, unit) = (scene.transfer_function(), Some(scene.unit_distance()));
     let (camera, lighting) = (scene.camera().clone(), scene.lighting().clone());
-    let listed = Scene::new(scene.volume(), function, unit, camera, lighting, settings);
+    let listed = Scene::new(
+        Layer::new(scene.volume().clone(), function).with_unit_distance(unit).with_lighting(lighting),
+        camera,
+        settings,
+    );
     listed.and_then(|listed| listed.with_clip(clip, scene.clip_shading().clone())).unwrap()
 }
 

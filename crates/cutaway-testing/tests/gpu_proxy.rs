@@ -10,7 +10,7 @@ use cutaway_core::camera::Camera;
 use cutaway_core::glam::{DAffine3, DMat3, DVec3, UVec3};
 use cutaway_core::image::Image;
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, SpaceSkipping};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, SpaceSkipping};
 use cutaway_core::space::WorldFrame;
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
@@ -188,9 +188,10 @@ fn cameras(volume: &Volume, seed: u32) -> Vec<(&'static str, Camera)> {
     ]
 }
 
-fn scene<'a>(volume: &'a Volume, camera: &Camera, settings: RenderSettings) -> Scene<'a> {
+fn scene(volume: &Volume, camera: &Camera, settings: RenderSettings) -> Scene {
     let lighting = Lighting { shade: false, ..Lighting::default() };
-    Scene::new(volume, &stepped(), None, camera.clone(), lighting, settings).expect("a valid scene")
+    Scene::new(Layer::new(volume.clone(), &stepped()).with_lighting(lighting), camera.clone(), settings)
+        .expect("a valid scene")
 }
 
 fn render(renderer: &RaycastRenderer, scene: &Scene) -> Result<(Image, Statistics), Failed> {
@@ -390,7 +391,13 @@ fn sphere_in_fog() -> Result<(), Failed> {
                 let settings =
                     RenderSettings { space_skipping, resolution: SMALL, ..RenderSettings::default() };
                 let lighting = Lighting { shade: false, ..Lighting::default() };
-                let scene = Scene::new(&volume, &function, Some(1.0), camera.clone(), lighting, settings)?;
+                let scene = Scene::new(
+                    Layer::new(volume.clone(), &function)
+                        .with_unit_distance(Some(1.0))
+                        .with_lighting(lighting),
+                    camera.clone(),
+                    settings,
+                )?;
                 let prepared = renderer.prepare(&volume)?;
                 let classification = renderer.classify(&prepared, &scene)?;
                 let geometry = renderer.draw_geometry(&prepared, &classification, &scene, &parts)?;
@@ -518,7 +525,11 @@ fn fetches(name: &str, path: &Path) -> Result<(), Failed> {
                 ..RenderSettings::default()
             };
             let lighting = Lighting { shade: false, ..Lighting::default() };
-            let scene = Scene::new(&volume, &function, None, camera.clone(), lighting, settings)?;
+            let scene = Scene::new(
+                Layer::new(volume.clone(), &function).with_lighting(lighting),
+                camera.clone(),
+                settings,
+            )?;
             let mut found = Vec::new();
             let mut quads = 0;
             for image_order in [false, true] {

@@ -75,7 +75,7 @@ fn ramp(volume: &Volume) -> TransferFunction {
     TransferFunction::new(ends).expect("ordered points")
 }
 
-fn scene<'a>(volume: &'a Volume, shade: bool, settings: RenderSettings) -> Scene<'a> {
+fn scene(volume: &Volume, shade: bool, settings: RenderSettings) -> Scene {
     let lighting = Lighting { shade, ..Lighting::default() };
     let projection = matches!(settings.mode, Mode::Mip | Mode::Minip | Mode::Mean);
     let function = if projection { ramp(volume) } else { band(volume) };

@@ -10,7 +10,7 @@ use cutaway_core::image::compare::{Comparison, compare};
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::reference;
 use cutaway_core::scene::{
-    Gradient, ImageInterpolation, Mode, RenderSettings, Sampling, Scene, SpaceSkipping,
+    Gradient, ImageInterpolation, Layer, Mode, RenderSettings, Sampling, Scene, SpaceSkipping,
 };
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
@@ -74,7 +74,7 @@ fn at_step(step: f64) -> RenderSettings {
     RenderSettings { step, resolution: SMALL, ..RenderSettings::default() }
 }
 
-fn scene<'a>(volume: &'a Volume, shade: bool, settings: RenderSettings) -> Scene<'a> {
+fn scene(volume: &Volume, shade: bool, settings: RenderSettings) -> Scene {
     framed(volume, &soft(volume.value_range()), Lighting { shade, ..Lighting::default() }, settings)
 }
 
@@ -261,7 +261,7 @@ fn skipping_hides_nothing(renderer: &RaycastRenderer) -> Result<(), Failed> {
 }
 
 /// A ramp that turns visible half-way, seen askew, in steps that are far too long.
-fn rings(volume: &Volume, settings: RenderSettings) -> Scene<'_> {
+fn rings(volume: &Volume, settings: RenderSettings) -> Scene {
     let function = TransferFunction::new(vec![
         point(100.0, [1.0, 0.8, 0.6], 0.0),
         point(104.0, [1.0, 0.8, 0.6], 0.06),
@@ -271,7 +271,8 @@ fn rings(volume: &Volume, settings: RenderSettings) -> Scene<'_> {
     let forward = DVec3::new(0.6, 0.8, 0.0);
     let camera = Camera::framing(&volume.corners_in_world(), forward, DVec3::Z, 1.0, 1.05);
     let lighting = Lighting { shade: false, ..Lighting::default() };
-    Scene::new(volume, &function, None, camera, lighting, settings).expect("a valid scene")
+    Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera, settings)
+        .expect("a valid scene")
 }
 
 fn jitter_turns_rings_into_noise(renderer: &RaycastRenderer) -> Result<(), Failed> {
@@ -323,7 +324,11 @@ fn jitter_leaves_faces_alone(renderer: &RaycastRenderer) -> Result<(), Failed> {
             f64::from(SMALL[0]) / f64::from(SMALL[1]),
             1.05,
         );
-        let scene = Scene::new(&volume, &function, Some(0.03), camera, Lighting::default(), settings);
+        let scene = Scene::new(
+            Layer::new(volume.clone(), &function).with_unit_distance(Some(0.03)),
+            camera,
+            settings,
+        );
         gpu(renderer, &scene.expect("a valid scene"))
     };
     let (with, without) = (image(true), image(false));

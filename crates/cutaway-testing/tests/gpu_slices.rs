@@ -13,7 +13,7 @@ use cutaway_core::image::Image;
 use cutaway_core::image::compare::{Comparison, compare};
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::reference;
-use cutaway_core::scene::{Gradient, Mode, RenderSettings, Scene, SpaceSkipping, default_camera};
+use cutaway_core::scene::{Gradient, Layer, Mode, RenderSettings, Scene, SpaceSkipping, default_camera};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::Volume;
 use cutaway_gpu::context::Fallbacks;
@@ -138,7 +138,8 @@ fn real_volume(name: &str) -> Result<(), Failed> {
         let camera = default_camera(&volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
         let lighting = Lighting { shade, ..Lighting::default() };
         let function = default_for_mode(&volume, mode);
-        let mut scene = Scene::new(&volume, &function, None, camera, lighting, settings)?;
+        let mut scene =
+            Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera, settings)?;
         if clipped {
             scene.set_clip(Some(&cut))?;
         }

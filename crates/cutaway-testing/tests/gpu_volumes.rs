@@ -79,7 +79,7 @@ fn settings(volume: &Volume, mode: Mode) -> RenderSettings {
     RenderSettings { mode, iso, iso_opacity: 0.6, step: 0.5, resolution: SMALL, ..RenderSettings::default() }
 }
 
-fn scene(volume: &Volume, mode: Mode, shade: bool) -> Scene<'_> {
+fn scene(volume: &Volume, mode: Mode, shade: bool) -> Scene {
     let lighting = Lighting { shade, ..Lighting::default() };
     framed(volume, &soft(volume.value_range()), lighting, settings(volume, mode))
 }
@@ -140,7 +140,7 @@ fn corner() -> Volume {
 }
 
 /// Shows what is below a share of the range: the slope of the rescale is negative, so that large numbers are small values.
-fn corner_scene(volume: &Volume, below: f64) -> Scene<'_> {
+fn corner_scene(volume: &Volume, below: f64) -> Scene {
     let [lo, hi] = volume.value_range();
     let at = |share: f64| lo + share * (hi - lo);
     let function = TransferFunction::new(vec![

@@ -6,7 +6,7 @@ use cutaway_core::histogram::{Histogram, default_for_mode};
 use cutaway_core::image::Image;
 use cutaway_core::image::compare::compare;
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{ImageInterpolation, Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{ImageInterpolation, Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_cpu::{CpuRenderer, SimdChoice, Statistics};
@@ -34,13 +34,18 @@ fn volumes() -> Vec<(&'static str, Volume)> {
 }
 
 /// A scene as nobody asked for another, in a mode.
-fn scene(volume: &Volume, mode: Mode, shade: bool, how: ImageInterpolation) -> Scene<'_> {
+fn scene(volume: &Volume, mode: Mode, shade: bool, how: ImageInterpolation) -> Scene {
     let iso = vec![Histogram::new(volume, 256).percentile_from(64, 0.5)];
     let settings =
         RenderSettings { iso: if mode == Mode::Iso { iso } else { vec![] }, ..settings(mode, how) };
     let camera = default_camera(volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
     let lighting = Lighting { shade, ..Lighting::default() };
-    Scene::new(volume, &default_for_mode(volume, mode), None, camera, lighting, settings).unwrap()
+    Scene::new(
+        Layer::new(volume.clone(), &default_for_mode(volume, mode)).with_lighting(lighting),
+        camera,
+        settings,
+    )
+    .unwrap()
 }
 
 fn render(scene: &Scene) -> (Image, Statistics) {

@@ -18,7 +18,7 @@ const ALL_TIME: Duration = Duration::MAX;
 static ON: AtomicBool = AtomicBool::new(false);
 static OFF: AtomicBool = AtomicBool::new(true);
 
-fn scene(volume: &Volume, mode: Mode, resolution: [u32; 2]) -> Scene<'_> {
+fn scene(volume: &Volume, mode: Mode, resolution: [u32; 2]) -> Scene {
     let [lo, hi] = volume.value_range();
     let iso = if mode == Mode::Iso { vec![0.5 * (lo + hi)] } else { vec![] };
     let settings = RenderSettings { mode, iso, resolution, ..RenderSettings::default() };

@@ -8,7 +8,7 @@ use cutaway_core::histogram::{Histogram, default_for_mode};
 use cutaway_core::image::compare::compare;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
-use cutaway_core::scene::{ImageInterpolation, Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{ImageInterpolation, Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::volume::Volume;
 use cutaway_cpu::SimdChoice;
 use cutaway_testing::engines::cpu;
@@ -66,7 +66,7 @@ fn against_reference(name: &str, volume: &Volume) -> Result<(), Failed> {
     if worst <= bound { Ok(()) } else { Err(format!("rmse {worst:.5}, at most {bound}").into()) }
 }
 
-fn scene(volume: &Volume, mode: Mode, shade: bool, how: ImageInterpolation) -> Scene<'_> {
+fn scene(volume: &Volume, mode: Mode, shade: bool, how: ImageInterpolation) -> Scene {
     let histogram = Histogram::new(volume, 256);
     let settings = RenderSettings {
         mode,
@@ -79,6 +79,10 @@ fn scene(volume: &Volume, mode: Mode, shade: bool, how: ImageInterpolation) -> S
     };
     let camera = default_camera(volume, f64::from(SIZE[0]) / f64::from(SIZE[1]));
     let lighting = Lighting { shade, ..Lighting::default() };
-    Scene::new(volume, &default_for_mode(volume, mode), None, camera, lighting, settings)
-        .expect("a valid scene")
+    Scene::new(
+        Layer::new(volume.clone(), &default_for_mode(volume, mode)).with_lighting(lighting),
+        camera,
+        settings,
+    )
+    .expect("a valid scene")
 }

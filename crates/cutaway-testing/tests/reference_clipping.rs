@@ -10,7 +10,7 @@ use cutaway_core::glam::{DAffine3, DQuat, DVec3, UVec3};
 use cutaway_core::image::Image;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene};
 use cutaway_core::transfer_function::{TransferFunction, extinction};
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_testing::scenes::{SMALL, framed, oblique_noise, point, soft, uniform};
@@ -70,7 +70,14 @@ fn assert_lengths(clip: &Clip, camera: Camera, length: impl Fn(DVec3, DVec3) -> 
     let volume = cube();
     let settings = RenderSettings { resolution: [41, 41], ..RenderSettings::default() };
     let rays = camera.rays(41, 41);
-    let scene = Scene::new(&volume, &one_value(OPACITY), Some(1.0), camera, unshaded(), settings).unwrap();
+    let scene = Scene::new(
+        Layer::new(volume.clone(), &one_value(OPACITY))
+            .with_unit_distance(Some(1.0))
+            .with_lighting(unshaded()),
+        camera,
+        settings,
+    )
+    .unwrap();
     let image = reference::render(&scene.with_clip(clip, plain()).unwrap());
     let mut seen = 0;
     for y in 0..41 {
@@ -182,7 +189,12 @@ fn one_pixel(
 ) -> Image {
     let settings = RenderSettings { resolution: [1, 1], ..mode };
     let camera = along_z(volume, 0.1, 1000.0);
-    let scene = Scene::new(volume, f, Some(1.0), camera, lighting, settings).unwrap();
+    let scene = Scene::new(
+        Layer::new(volume.clone(), f).with_unit_distance(Some(1.0)).with_lighting(lighting),
+        camera,
+        settings,
+    )
+    .unwrap();
     reference::render(&scene.with_clip(clip, shading).unwrap())
 }
 
@@ -350,7 +362,9 @@ fn impregnation_makes_a_noisy_cut_flat() {
     let deviation = |impregnation| {
         let settings = RenderSettings { resolution: [31, 31], ..RenderSettings::default() };
         let camera = along_z(&volume, 8.0, 100.0);
-        let scene = Scene::new(&volume, &f, Some(1.0), camera, Lighting::default(), settings).unwrap();
+        let scene =
+            Scene::new(Layer::new(volume.clone(), &f).with_unit_distance(Some(1.0)), camera, settings)
+                .unwrap();
         let shading = ClipShading { impregnation, ..ClipShading::default() };
         let image = reference::render(&scene.with_clip(&clip, shading).unwrap());
         let values: Vec<f64> = image.pixels().iter().map(|p| f64::from(p[1])).collect();
@@ -390,7 +404,8 @@ fn a_crop_is_the_smaller_volume() {
         let cropped = framed(&whole, &f, unshaded(), settings.clone());
         let camera = cropped.camera().clone();
         let cropped = reference::render(&cropped.with_clip(&crop, plain()).unwrap());
-        let smaller = Scene::new(&part, &f, None, camera, unshaded(), settings).unwrap();
+        let smaller =
+            Scene::new(Layer::new(part.clone(), &f).with_lighting(unshaded()), camera, settings).unwrap();
         let smaller = reference::render(&smaller);
         let off = cropped.pixels().iter().zip(smaller.pixels()).filter(|(a, b)| {
             // f32 voxels of the part, of values near 1e4, round at 1e-3 of the range's 1e4.
@@ -464,7 +479,9 @@ fn statistics_count_rays_and_segments() {
     let volume = ramp();
     let settings = RenderSettings { resolution: [3, 3], ..RenderSettings::default() };
     let camera = along_z(&volume, 0.1, 1000.0);
-    let scene = Scene::new(&volume, &gray_ramp(), None, camera, unshaded(), settings).unwrap();
+    let scene =
+        Scene::new(Layer::new(volume.clone(), &gray_ramp()).with_lighting(unshaded()), camera, settings)
+            .unwrap();
     let count = |scene: &Scene| reference::render_with_progress(scene, &|_| {}).1;
     let unclipped = count(&scene);
     assert_eq!((unclipped.rays, unclipped.segments, unclipped.repaired), (9, 9, 0));

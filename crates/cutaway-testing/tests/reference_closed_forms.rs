@@ -7,7 +7,7 @@ use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::Image;
 use cutaway_core::lighting::{DiffuseCurve, Lighting};
 use cutaway_core::reference;
-use cutaway_core::scene::{Mode, RenderSettings, Scene};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene};
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction, extinction};
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_testing::scenes::{point, uniform};
@@ -44,7 +44,14 @@ fn render(
     settings: RenderSettings,
 ) -> Image {
     let camera = along_z(volume, 0.1);
-    reference::render(&Scene::new(volume, f, Some(unit), camera, lighting, settings).unwrap())
+    reference::render(
+        &Scene::new(
+            Layer::new(volume.clone(), f).with_unit_distance(Some(unit)).with_lighting(lighting),
+            camera,
+            settings,
+        )
+        .unwrap(),
+    )
 }
 
 #[track_caller]
@@ -199,7 +206,9 @@ fn a_maximum_between_voxels_is_found() {
         view_angle: 30.0,
         orthographic: Some(0.01),
     };
-    let scene = Scene::new(&volume, &f, None, camera, unshaded(), one_pixel(Mode::Mip)).unwrap();
+    let scene =
+        Scene::new(Layer::new(volume.clone(), &f).with_lighting(unshaded()), camera, one_pixel(Mode::Mip))
+            .unwrap();
     assert_pixel(&reference::render(&scene), [0.25, 0.25, 0.25, 0.25], 1e-6);
 }
 
@@ -218,7 +227,9 @@ fn a_sphere_has_the_radius_that_trilinear_interpolation_gives_it() {
         ..Default::default()
     };
     let camera = along_z(&volume, 20.5);
-    let image = reference::render(&Scene::new(&volume, &f, None, camera, unshaded(), settings).unwrap());
+    let image = reference::render(
+        &Scene::new(Layer::new(volume.clone(), &f).with_lighting(unshaded()), camera, settings).unwrap(),
+    );
     let bound = 3.0 * h * h / 8.0 * 2.0 / radius / h + 1e-3;
     let mut hits = 0;
     for y in 0..41 {
@@ -257,7 +268,12 @@ fn shading_a_linear_field_is_the_same_everywhere_and_follows_each_curve() {
         let mut camera = along_z(&volume, 0.1);
         camera.position = (volume.center_in_world() - DVec3::new(0.0, 0.0, 1.5)).to_array();
         let settings = one_pixel(Mode::Composite);
-        let scene = Scene::new(&volume, &f, Some(0.01), camera, lighting.clone(), settings).unwrap();
+        let scene = Scene::new(
+            Layer::new(volume.clone(), &f).with_unit_distance(Some(0.01)).with_lighting(lighting.clone()),
+            camera,
+            settings,
+        )
+        .unwrap();
         let image = reference::render(&scene);
         let (n, l) = (-direction.normalize(), DVec3::new(0.0, 0.3, -1.0).normalize());
         let d = match curve {
@@ -290,7 +306,12 @@ fn perspective_and_orthographic_rays_measure_world_length() {
     camera.position[2] = camera.focal_point[2] - 30.0;
     camera.view_angle = 60.0;
     let settings = RenderSettings { resolution: [21, 21], ..RenderSettings::default() };
-    let scene = Scene::new(&volume, &f, Some(1.0), camera.clone(), unshaded(), settings).unwrap();
+    let scene = Scene::new(
+        Layer::new(volume.clone(), &f).with_unit_distance(Some(1.0)).with_lighting(unshaded()),
+        camera.clone(),
+        settings,
+    )
+    .unwrap();
     let image = reference::render(&scene);
     for (x, y) in [(10, 10), (0, 10), (3, 17), (20, 0)] {
         let cos = camera.rays(21, 21).pixel(x, y).direction.z;

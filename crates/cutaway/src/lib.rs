@@ -9,7 +9,7 @@
 //! | read a volume | [`io::volume::read_volume`], [`io::samples::read_sample`]; or [`volume::Volume::new`] from an array |
 //! | say what values look like | [`transfer_function::TransferFunction`], [`presets`], [`colormaps`], [`histogram::default_transfer_function`] |
 //! | look from somewhere | [`camera::Camera`], [`scene::default_camera`] |
-//! | put these together | [`scene::Scene`]; as a JSON file [`scene::SceneFile`] |
+//! | put these together | [`scene::Scene`]; as a JSON file [`io::scene_file::SceneFile`] |
 //! | cut it open | [`clip::Clip`], [`mesh::MeshSolid`], [`scene::Scene::with_clip`] |
 //! | render | [`cpu::CpuRenderer`], [`gpu::RaycastRenderer`]; slow and exact: [`reference::render`](fn@reference::render) |
 //! | write and compare pictures | [`io::image::write_image`], [`image::compare`](mod@image::compare) |

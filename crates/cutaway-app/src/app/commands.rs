@@ -41,7 +41,7 @@ impl App {
     /// Where dialogs begin: beside what is open.
     fn folder(&self) -> Option<PathBuf> {
         let document = self.document.as_ref()?;
-        let volume = crate::document::load::path_of(&document.volume().source);
+        let volume = document.volume().source.path();
         let file = document.path.as_deref().unwrap_or(Path::new(volume));
         file.parent().filter(|folder| folder.is_absolute()).map(Path::to_owned)
     }

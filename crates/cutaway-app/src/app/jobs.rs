@@ -1,11 +1,10 @@
 //! Work that would make the window wait, in threads of its own: dialogs, reading and writing files.
 
+use cutaway_io::scene_file::{ClipFile, ClipSource, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use cutaway_core::clip::ClipSource;
-use cutaway_core::scene::SceneFile;
 use cutaway_io::solids::source_of_file;
 
 use crate::command::Purpose;
@@ -114,7 +113,7 @@ pub fn open(name: &str) -> Result<Opened, String> {
     }
     let volume = OpenVolume::read(name)?;
     check(&volume, name)?;
-    let state = SceneState::of_volume(&volume.volume);
+    let state = SceneState::of_volume(volume.lattice());
     let notices = volume.notices.clone();
     let volume = Arc::new(volume);
     Ok(Opened { volume, state, solids: Solids::default(), path: None, viewer: None, notices })
@@ -123,11 +122,11 @@ pub fn open(name: &str) -> Result<Opened, String> {
 fn open_scene(file: &SceneFile, path: &Path) -> Result<Opened, String> {
     let at = |line: String| format!("{}: {line}", path.display());
     let volume = OpenVolume::read_source(&file.volume).map_err(at)?;
-    let state = scene_file::state_of(file, &volume.volume).map_err(at)?;
+    let state = scene_file::state_of(file, &volume.data).map_err(at)?;
     let mut notices = volume.notices.clone();
     let mut solids = Solids::default();
     let mut failed = None;
-    if let Some(mut clip) = file.clip.clone() {
+    if let Some(ClipFile(mut clip)) = file.clip.clone() {
         clip.visit_leaves(&mut |source, _| {
             if failed.is_some() || solids.get(source).is_some() {
                 return;
@@ -158,8 +157,8 @@ fn open_scene(file: &SceneFile, path: &Path) -> Result<Opened, String> {
 
 /// Whether a volume can be rendered at all: what cannot is said now, by the name of its file.
 fn check(open: &OpenVolume, name: &str) -> Result<(), String> {
-    let state = SceneState::of_volume(&open.volume);
-    state.scene(&open.volume, None, [1, 1]).map(|_| ()).map_err(|e| format!("{name}: {e}"))
+    let state = SceneState::of_volume(open.lattice());
+    state.scene(&open.data, None, [1, 1]).map(|_| ()).map_err(|e| format!("{name}: {e}"))
 }
 
 /// What is in a file that cuts: spline patches or a mesh, by its content where it can be read.

@@ -133,7 +133,7 @@ impl App {
     pub(super) fn reset_view(&mut self) {
         let aspect = self.aspect();
         if let Some(document) = &mut self.document {
-            let camera = cutaway_core::scene::default_camera(&document.volume().volume, aspect);
+            let camera = cutaway_core::scene::default_camera(document.volume().lattice(), aspect);
             document.look(|c| *c = camera);
         }
     }
@@ -142,7 +142,7 @@ impl App {
     pub(super) fn look_from(&mut self, view: StandardView) {
         let aspect = self.aspect();
         if let Some(document) = &mut self.document {
-            let camera = view.camera(&document.volume().volume, aspect, &document.state().camera);
+            let camera = view.camera(document.volume().lattice(), aspect, &document.state().camera);
             document.look(|c| *c = camera);
         }
     }

@@ -77,7 +77,7 @@ impl App {
             self.reset_view();
         }
         if let Some(document) = &mut self.document {
-            let frame = document.volume().volume.geometry().frame;
+            let frame = document.volume().lattice().geometry().frame;
             let mut chosen = None;
             for view in StandardView::ALL {
                 if ui.button(view.name(frame)).clicked() {

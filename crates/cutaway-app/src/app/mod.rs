@@ -14,11 +14,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cutaway_core::camera::Ray;
-use cutaway_core::clip::ClipSource;
 use cutaway_core::glam::DVec3;
 use cutaway_core::scene::Mode;
 use cutaway_gpu::context::AdapterSummary;
 use cutaway_gpu::{Gpu, GpuOptions};
+use cutaway_io::scene_file::ClipSource;
 use eframe::egui_wgpu::RenderState;
 use egui::{Color32, Context, Ui};
 
@@ -298,12 +298,12 @@ impl App {
         let projection = Projection::new(&state.camera, response.rect);
         let focal = DVec3::from_array(state.camera.focal_point);
         let painter = ui.painter_at(response.rect);
-        self.picture.overlays.paint(&painter, &projection, &document.volume().volume, focal, ink);
+        self.picture.overlays.paint(&painter, &projection, document.volume().lattice(), focal, ink);
         let place = |p| projection.point(p);
-        let unit = slices::unit(document.volume().volume.geometry().frame);
+        let unit = slices::unit(document.volume().lattice().geometry().frame);
         self.panels.slices.draw_measure(&painter, &place, unit);
         if self.panels.slices.visible {
-            self.panels.slices.draw_crosshair(&painter, &place, &document.volume().volume);
+            self.panels.slices.draw_crosshair(&painter, &place, document.volume().lattice());
         }
         self.point(ui, &response, &projection);
         self.request(&response, ui.ctx().pixels_per_point());
@@ -316,7 +316,7 @@ impl App {
         let moved = ui.input(|i| i.pointer.delta() != egui::Vec2::ZERO && !i.pointer.any_down());
         if let Some(at) = response.hover_pos().filter(|_| moved) {
             let found = slices::pick(document, &projection.ray(at));
-            slices.hover = found.and_then(|p| slices::Probe::at(&document.volume().volume, p));
+            slices.hover = found.and_then(|p| slices::Probe::at(document.volume().lattice(), p));
         }
         let clicked = (response.clicked() && slices.measuring) || response.double_clicked();
         if let Some(at) = response.interact_pointer_pos().filter(|_| clicked)
@@ -390,12 +390,12 @@ fn look_from(document: &mut Document, direction: DVec3, aspect: f32) {
     let views = navigation::StandardView::ALL;
     let volume = document.volume().clone();
     let along = |view: &navigation::StandardView| {
-        let camera = view.camera(&volume.volume, 1.0, &document.state().camera);
+        let camera = view.camera(volume.lattice(), 1.0, &document.state().camera);
         camera.axes().forward.dot(-direction)
     };
     let nearest = views.into_iter().max_by(|a, b| along(a).total_cmp(&along(b)));
     if let Some(view) = nearest {
-        let camera = view.camera(&volume.volume, f64::from(aspect), &document.state().camera);
+        let camera = view.camera(volume.lattice(), f64::from(aspect), &document.state().camera);
         document.look(|c| *c = camera);
     }
 }

@@ -69,7 +69,7 @@ impl Readout {
                 ui.label("Opening …");
                 return;
             };
-            let dims = document.volume().volume.dimensions();
+            let dims = document.volume().lattice().dimensions();
             ui.label(format!("{}  {} x {} x {}", document.volume().name(), dims.x, dims.y, dims.z));
             ui.separator();
             let Took { engine, milliseconds, samples, gpu_bytes, adapter, .. } = &self.took;
@@ -96,7 +96,7 @@ impl Readout {
             }
             if let Some(probe) = hover {
                 ui.separator();
-                ui.monospace(probe.text(slices::unit(document.volume().volume.geometry().frame)));
+                ui.monospace(probe.text(slices::unit(document.volume().lattice().geometry().frame)));
             }
             for notice in self.notices.iter().chain(&self.took.notices) {
                 ui.separator();

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use cutaway_core::clip::{
-    AxisBox, ClipSource, FitError, Plane, Pose, ShapeError, Solid, Sphere, box_corners, extremes, fit,
+    AxisBox, FitError, Plane, Pose, ShapeError, Solid, Sphere, box_corners, extremes, fit,
 };
 use cutaway_core::glam::{DAffine3, DVec3};
 use cutaway_core::volume::Volume;
+use cutaway_io::scene_file::ClipSource;
 
 use super::{Content, CropBox, Cutting, Operand, OperandId};
 

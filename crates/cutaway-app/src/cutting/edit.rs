@@ -1,7 +1,8 @@
 //! Finding, adding, moving and removing operands.
 
-use cutaway_core::clip::{ClipSource, Pose};
+use cutaway_core::clip::Pose;
 use cutaway_core::glam::DAffine3;
+use cutaway_io::scene_file::ClipSource;
 
 use super::{Content, Cutting, Operand, OperandId, Operation};
 

@@ -5,14 +5,15 @@
 
 use std::collections::HashMap;
 
-use cutaway_core::clip::{ClipFile, ClipSource, Node, Pose};
+use cutaway_core::clip::{Node, Pose};
 use cutaway_core::volume::Volume;
+use cutaway_io::scene_file::{ClipSource, ClipTree};
 
 use super::{Content, CropBox, Cutting, Operand, OperandId, Operation};
 
 impl Cutting {
     /// The list of a tree. A box of voxels that is kept, and to which nothing is added later, becomes the crop box.
-    pub fn from_clip(clip: &ClipFile, volume: &Volume) -> Self {
+    pub fn from_clip(clip: &ClipTree, volume: &Volume) -> Self {
         let mut reader = Reader { next: 1, named: HashMap::new() };
         let mut operands = Vec::new();
         reader.keep(&mut operands, clip);
@@ -46,7 +47,7 @@ struct Reader {
 
 impl Reader {
     /// Goes on with a list of the outermost kind, so that only what is in `clip` stays of what it keeps.
-    fn keep(&mut self, list: &mut Vec<Operand>, clip: &ClipFile) {
+    fn keep(&mut self, list: &mut Vec<Operand>, clip: &ClipTree) {
         if clip.pose != Pose::IDENTITY {
             return self.push(list, Operation::Keep, clip);
         }
@@ -69,7 +70,7 @@ impl Reader {
         }
     }
 
-    fn push(&mut self, list: &mut Vec<Operand>, operation: Operation, clip: &ClipFile) {
+    fn push(&mut self, list: &mut Vec<Operand>, operation: Operation, clip: &ClipTree) {
         let id = OperandId(self.next);
         self.next += 1;
         let content = self.content(&clip.node);
@@ -93,14 +94,14 @@ impl Reader {
             Node::Difference(parts) => self.group(Operation::Union, Operation::Cut, parts),
             Node::Complement(part) => {
                 let mut list = Vec::new();
-                self.push(&mut list, Operation::Union, &ClipFile::everything());
+                self.push(&mut list, Operation::Union, &ClipTree::everything());
                 self.push(&mut list, Operation::Cut, part);
                 Content::Group(list)
             }
         }
     }
 
-    fn group(&mut self, first: Operation, rest: Operation, parts: &[ClipFile]) -> Content {
+    fn group(&mut self, first: Operation, rest: Operation, parts: &[ClipTree]) -> Content {
         let mut list = Vec::new();
         for (i, part) in parts.iter().enumerate() {
             self.push(&mut list, if i == 0 { first } else { rest }, part);
@@ -110,8 +111,8 @@ impl Reader {
 
     fn nothing(&mut self) -> Content {
         let mut list = Vec::new();
-        self.push(&mut list, Operation::Union, &ClipFile::everything());
-        self.push(&mut list, Operation::Cut, &ClipFile::everything());
+        self.push(&mut list, Operation::Union, &ClipTree::everything());
+        self.push(&mut list, Operation::Cut, &ClipTree::everything());
         Content::Group(list)
     }
 }

@@ -64,8 +64,9 @@ mod tests {
     use super::*;
     use crate::cutting::Operation;
     use crate::cutting::edit::Place;
-    use cutaway_core::clip::{AxisBox, ClipSource, Plane, Pose, Sphere};
+    use cutaway_core::clip::{AxisBox, Plane, Pose, Sphere};
     use cutaway_core::glam::{DQuat, DVec3};
+    use cutaway_io::scene_file::ClipSource;
 
     /// Along x, from -10, as far as 20.
     fn hit(cutting: &Cutting) -> Option<OperandId> {

@@ -3,7 +3,7 @@
 //!
 //! A list begins with everything (inside a group: with nothing, and its first operand is taken whatever its operation) and
 //! each operand changes what is kept so far: cut takes its inside away, keep leaves only its inside, union adds it. This
-//! is a clip tree ([`cutaway_core::clip::ClipFile`]) with a place for names, visibility and order; [`Cutting::to_clip`]
+//! is a clip tree ([`cutaway_io::scene_file::ClipTree`]) with a place for names, visibility and order; [`Cutting::to_clip`]
 //! makes the tree that is rendered and saved, [`Cutting::from_clip`] the list of a tree, whatever it is.
 //!
 //! | module | what it is |
@@ -32,9 +32,10 @@ pub mod numbers;
 #[cfg(test)]
 mod tests;
 
-use cutaway_core::clip::{AxisBox, ClipFile, ClipShading, ClipSource, Node, Pose};
+use cutaway_core::clip::{AxisBox, ClipShading, Node, Pose};
 use cutaway_core::glam::DVec3;
 use cutaway_core::volume::Volume;
+use cutaway_io::scene_file::{ClipSource, ClipTree};
 
 /// Tells operands apart, however they are ordered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -119,9 +120,9 @@ pub struct Cutting {
 
 impl Cutting {
     /// The tree that is rendered; none where nothing is cut. `volume` has the place of the crop box.
-    pub fn to_clip(&self, volume: &Volume) -> Option<ClipFile> {
+    pub fn to_clip(&self, volume: &Volume) -> Option<ClipTree> {
         let crop = self.crop.and_then(|crop| crop_node(&crop, volume));
-        let mut kept: Option<ClipFile> = None;
+        let mut kept: Option<ClipTree> = None;
         for operand in effective(&self.operands, self.solo) {
             let Some(node) = operand.node(self.solo) else { continue };
             // Alone, a union would add to everything, and nothing were seen of it.
@@ -132,7 +133,7 @@ impl Cutting {
             kept = apply(kept, operation, node);
         }
         match crop {
-            Some(crop) => Some(kept.unwrap_or_else(ClipFile::everything).probe(crop)),
+            Some(crop) => Some(kept.unwrap_or_else(ClipTree::everything).probe(crop)),
             None => kept,
         }
     }
@@ -144,8 +145,8 @@ fn effective(operands: &[Operand], solo: Option<OperandId>) -> impl Iterator<Ite
 }
 
 /// Everything, once an operand is applied to it: none stands for everything.
-fn apply(kept: Option<ClipFile>, operation: Operation, node: ClipFile) -> Option<ClipFile> {
-    let all = || kept.clone().unwrap_or_else(ClipFile::everything);
+fn apply(kept: Option<ClipTree>, operation: Operation, node: ClipTree) -> Option<ClipTree> {
+    let all = || kept.clone().unwrap_or_else(ClipTree::everything);
     match operation {
         Operation::Cut => Some(all().cut(node)),
         Operation::Keep => Some(all().probe(node)),
@@ -153,10 +154,10 @@ fn apply(kept: Option<ClipFile>, operation: Operation, node: ClipFile) -> Option
     }
 }
 
-fn crop_node(crop: &CropBox, volume: &Volume) -> Option<ClipFile> {
+fn crop_node(crop: &CropBox, volume: &Volume) -> Option<ClipTree> {
     let shape = AxisBox::new(crop.min, crop.max).ok()?;
     let pose = Pose::new(*volume.world_from_voxel()).ok()?;
-    Some(ClipFile::from(Node::Leaf(ClipSource::Box(shape))).with_pose(pose))
+    Some(ClipTree::from(Node::Leaf(ClipSource::Box(shape))).with_pose(pose))
 }
 
 impl Operand {
@@ -174,14 +175,14 @@ impl Operand {
     }
 
     /// What it is, in the space of its list; none for a group of nothing.
-    fn node(&self, solo: Option<OperandId>) -> Option<ClipFile> {
+    fn node(&self, solo: Option<OperandId>) -> Option<ClipTree> {
         let node = match &self.content {
             Content::Object(source) => Node::Leaf(source.clone()).into(),
-            Content::Everything => ClipFile::everything(),
+            Content::Everything => ClipTree::everything(),
             Content::Group(operands) => {
                 // The whole group is meant where it is the one.
                 let solo = solo.filter(|solo| *solo != self.id);
-                let mut kept: Option<ClipFile> = None;
+                let mut kept: Option<ClipTree> = None;
                 for operand in effective(operands, solo) {
                     let Some(node) = operand.node(solo) else { continue };
                     kept = if kept.is_none() { Some(node) } else { apply(kept, operand.operation, node) };

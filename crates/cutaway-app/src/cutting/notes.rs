@@ -4,9 +4,10 @@
 //! believed as long as their tree is the one in the file ([`CuttingNotes::restore`]): whoever changes the one
 //! need not know of the other.
 
-use cutaway_core::clip::{ClipFile, ClipShading, ClipSource, Node, Pose};
+use cutaway_core::clip::{ClipShading, Node, Pose};
 use cutaway_core::glam::DVec3;
 use cutaway_core::volume::Volume;
+use cutaway_io::scene_file::{ClipFile, ClipSource, ClipTree};
 use serde::{Deserialize, Serialize};
 
 use super::{Content, CropBox, Cutting, Operand, OperandId, Operation};
@@ -65,7 +66,7 @@ impl CuttingNotes {
         fn along(operands: &mut [OperandNotes], visit: &mut dyn FnMut(&mut String)) {
             for operand in operands {
                 if let Some(object) = &mut operand.object {
-                    object.visit_leaves(&mut |source, _| {
+                    object.0.visit_leaves(&mut |source, _| {
                         if let Some(path) = source.path_mut() {
                             visit(path);
                         }
@@ -78,7 +79,7 @@ impl CuttingNotes {
     }
 
     /// The list, if its tree is that of the file; else the list of the file's tree.
-    pub fn restore(&self, clip: Option<&ClipFile>, volume: &Volume, shading: ClipShading) -> Cutting {
+    pub fn restore(&self, clip: Option<&ClipTree>, volume: &Volume, shading: ClipShading) -> Cutting {
         let noted = self.cutting().filter(|cutting| cutting.to_clip(volume).as_ref() == clip);
         let read = || clip.map(|clip| Cutting::from_clip(clip, volume)).unwrap_or_default();
         Cutting { shading, ..noted.unwrap_or_else(read) }
@@ -100,11 +101,11 @@ fn operands(notes: &[OperandNotes], next: &mut u64, solo: &mut Option<OperandId>
 impl OperandNotes {
     fn new(operand: &Operand, solo: Option<OperandId>) -> Self {
         let rows = (operand.pose != Pose::IDENTITY).then(|| operand.pose.to_rows());
-        let posed = |node: Node<ClipSource>| ClipFile::from(node).with_pose(operand.pose);
+        let posed = |node: Node<ClipSource>| ClipTree::from(node).with_pose(operand.pose);
         let (object, group, pose) = match &operand.content {
             Content::Object(source) => (Some(posed(Node::Leaf(source.clone()))), None, None),
             // All of space has no place in a file: it is everywhere.
-            Content::Everything => (Some(ClipFile::everything()), None, rows),
+            Content::Everything => (Some(ClipTree::everything()), None, rows),
             Content::Group(operands) => {
                 (None, Some(operands.iter().map(|o| Self::new(o, solo)).collect()), rows)
             }
@@ -114,7 +115,7 @@ impl OperandNotes {
             operation: operand.operation,
             hidden: !operand.visible,
             solo: solo == Some(operand.id),
-            object,
+            object: object.map(ClipFile),
             group,
             pose,
         }
@@ -129,7 +130,7 @@ impl OperandNotes {
         }
         let outer = self.pose.map_or(Ok(Pose::IDENTITY), Pose::from_rows).ok()?;
         let (content, pose) = match (&self.object, &self.group) {
-            (Some(object), None) => match &object.node {
+            (Some(ClipFile(object)), None) => match &object.node {
                 Node::Leaf(source) => (Content::Object(source.clone()), outer.after(&object.pose).ok()?),
                 Node::Everything => (Content::Everything, outer),
                 _ => return None,

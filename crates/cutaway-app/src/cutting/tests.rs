@@ -1,10 +1,9 @@
 use std::sync::Arc;
 
-use cutaway_core::clip::{
-    AxisBox, Clip, ClipFile, ClipSource, FlatClip, Node, Object, Plane, Pose, Solid, Sphere,
-};
+use cutaway_core::clip::{AxisBox, Clip, FlatClip, Node, Object, Plane, Pose, Solid, Sphere};
 use cutaway_core::glam::{DAffine3, DQuat, DVec3, UVec3};
 use cutaway_core::volume::{Geometry, Rescale, Volume};
+use cutaway_io::scene_file::{ClipSource, ClipTree};
 use proptest::prelude::*;
 
 use super::edit::{GroupKind, Place};
@@ -28,7 +27,7 @@ fn volume_at(world_from_voxel: DAffine3) -> Volume {
 }
 
 /// Whether a tree keeps a point: the definition, without rays.
-fn keeps(clip: &ClipFile, p: DVec3) -> bool {
+fn keeps(clip: &ClipTree, p: DVec3) -> bool {
     let p = clip.pose.object_from_world().transform_point3(p);
     match &clip.node {
         Node::Everything => true,
@@ -73,15 +72,15 @@ fn shape() -> impl Strategy<Value = ClipSource> {
     ]
 }
 
-fn tree() -> impl Strategy<Value = ClipFile> {
+fn tree() -> impl Strategy<Value = ClipTree> {
     let crop = Just(()).prop_map(|()| {
         let shape = AxisBox::new(DVec3::ONE, DVec3::new(3.0, 2.0, 4.0)).unwrap();
         let pose = Pose::new(*volume().world_from_voxel()).unwrap();
-        ClipFile::from(Node::Leaf(ClipSource::Box(shape))).with_pose(pose)
+        ClipTree::from(Node::Leaf(ClipSource::Box(shape))).with_pose(pose)
     });
     let leaf = prop_oneof![
-        1 => Just(ClipFile::everything()),
-        6 => (shape(), pose()).prop_map(|(s, pose)| ClipFile::from(Node::Leaf(s)).with_pose(pose)),
+        1 => Just(ClipTree::everything()),
+        6 => (shape(), pose()).prop_map(|(s, pose)| ClipTree::from(Node::Leaf(s)).with_pose(pose)),
         2 => crop,
     ];
     leaf.prop_recursive(4, 24, 4, |inner| {
@@ -92,7 +91,7 @@ fn tree() -> impl Strategy<Value = ClipFile> {
             parts.prop_map(Node::Difference),
             inner.prop_map(|part| Node::Complement(Box::new(part))),
         ];
-        (node, pose()).prop_map(|(node, pose)| ClipFile::from(node).with_pose(pose))
+        (node, pose()).prop_map(|(node, pose)| ClipTree::from(node).with_pose(pose))
     })
 }
 
@@ -119,7 +118,7 @@ proptest! {
         let volume = volume();
         let cutting = Cutting::from_clip(&tree, &volume);
         let Some(clip) = cutting.to_clip(&volume) else { return Ok(()) };
-        let resolved: Clip = clip.resolve(&mut |_| Err::<Arc<dyn Solid>, ()>(())).unwrap();
+        let resolved: Clip = cutaway_io::scene_file::resolve(&clip, &mut |_| Err::<Arc<dyn Solid>, ()>(())).unwrap();
         let flat = FlatClip::new(&resolved);
         prop_assert!(flat.is_ok());
         let direction = (to - from).normalize();
@@ -147,7 +146,7 @@ proptest! {
         prop_assert_eq!(restored.to_clip(&volume), clip);
         prop_assert_eq!(&CuttingNotes::new(&restored), &notes);
         // Where the tree is another one, the tree counts.
-        let other: ClipFile = Node::Leaf(ClipSource::Sphere(Sphere::new(DVec3::ZERO, 77.0).unwrap())).into();
+        let other: ClipTree = Node::Leaf(ClipSource::Sphere(Sphere::new(DVec3::ZERO, 77.0).unwrap())).into();
         let restored = notes.restore(Some(&other), &volume, ClipShading::default());
         prop_assert_eq!(restored.to_clip(&volume), Some(other));
     }
@@ -246,7 +245,7 @@ fn a_probe_of_voxels_is_the_crop_box_unless_something_is_added_later() {
     let again = Cutting::from_clip(&cutting.to_clip(&volume).unwrap(), &volume);
     assert_eq!((again.crop, again.operands.len()), (Some(crop), 2));
     let clip = cutting.to_clip(&volume).unwrap();
-    let added: ClipFile =
+    let added: ClipTree =
         Node::Union(vec![clip, Node::Leaf(ClipSource::Sphere(Sphere::new(DVec3::X, 1.0).unwrap())).into()])
             .into();
     assert_eq!(Cutting::from_clip(&added, &volume).crop, None);
@@ -257,8 +256,8 @@ fn a_probe_of_voxels_is_the_crop_box_unless_something_is_added_later() {
 
 #[test]
 fn cuts_and_probes_are_read_flat() {
-    let leaf = |r| ClipFile::from(Node::Leaf(ClipSource::Sphere(Sphere::new(DVec3::ZERO, r).unwrap())));
-    let clip = ClipFile::everything().cut(leaf(1.0)).probe(leaf(2.0)).cut(leaf(3.0));
+    let leaf = |r| ClipTree::from(Node::Leaf(ClipSource::Sphere(Sphere::new(DVec3::ZERO, r).unwrap())));
+    let clip = ClipTree::everything().cut(leaf(1.0)).probe(leaf(2.0)).cut(leaf(3.0));
     let cutting = Cutting::from_clip(&clip, &volume());
     let read: Vec<_> = cutting.operands.iter().map(|o| (o.operation, o.name.as_str())).collect();
     assert_eq!(

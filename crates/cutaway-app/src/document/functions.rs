@@ -21,7 +21,7 @@ impl Document {
     pub fn open_function(&mut self, path: &Path) -> Result<Vec<String>, String> {
         let loaded = read_transfer_function(path).map_err(|e| e.to_string())?;
         let (file, mut notices) = (loaded.value, loaded.notices);
-        let range = self.volume().volume.value_range();
+        let range = self.volume().lattice().value_range();
         self.settle();
         if file.has_opacities {
             self.edit("function: open", |s| {
@@ -53,7 +53,7 @@ impl Document {
         let stem = name.and_then(|name| name.split('.').next()).filter(|stem| !stem.is_empty());
         let other = FunctionFormat::of_name(path) != Some(FunctionFormat::Cutaway);
         // Other programs do not know this volume's spacing.
-        let of_volume = other.then(|| default_unit_distance(&self.volume().volume));
+        let of_volume = other.then(|| default_unit_distance(self.volume().lattice()));
         let file = FunctionFile {
             // ParaView's maps have no light, and nobody asked to be told.
             lighting: (FunctionFormat::of_name(path) != Some(FunctionFormat::ParaView) && other)
@@ -73,7 +73,7 @@ mod tests {
 
     fn document() -> Document {
         let volume = Arc::new(OpenVolume::read("sample:sphere:16").unwrap());
-        let state = SceneState::of_volume(&volume.volume);
+        let state = SceneState::of_volume(volume.lattice());
         Document::new(volume, state, Solids::default(), None)
     }
 

@@ -4,21 +4,19 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use cutaway_core::histogram::Histogram;
-use cutaway_core::scene::{RawVolumeSource, VolumeSource};
-use cutaway_core::tetrahedra::TetrahedralMesh;
+use cutaway_core::scene::Data;
 use cutaway_core::volume::Volume;
 use cutaway_io::named::{NamedVolume, VolumeName, read_named};
-use cutaway_io::volume::{RawOptions, ReadOptions};
+use cutaway_io::scene_file::VolumeReference;
+use cutaway_io::volume::ReadOptions;
 
 /// A volume in memory, and where it came from.
 #[derive(Debug)]
 pub struct OpenVolume {
-    /// The voxels; of an unstructured grid, what stands in for it.
-    pub volume: Volume,
-    /// An unstructured grid.
-    pub mesh: Option<TetrahedralMesh>,
+    /// A volume or an unstructured grid.
+    pub data: Data,
     /// As a scene file names it; paths are absolute.
-    pub source: VolumeSource,
+    pub source: VolumeReference,
     /// What the reader had to say, one line each.
     pub notices: Vec<String>,
     histogram: OnceLock<Histogram>,
@@ -29,8 +27,13 @@ const BINS: usize = 512;
 
 impl OpenVolume {
     /// A volume with the source it is known by.
-    pub fn new(volume: Volume, source: VolumeSource) -> Self {
-        Self { volume, mesh: None, source, notices: Vec::new(), histogram: OnceLock::new() }
+    pub fn new(data: impl Into<Data>, source: VolumeReference) -> Self {
+        Self { data: data.into(), source, notices: Vec::new(), histogram: OnceLock::new() }
+    }
+
+    /// The regular grid that places the data in the world and holds its values.
+    pub fn lattice(&self) -> &Volume {
+        self.data.lattice()
     }
 
     /// Reads what the user named: a file, or `sample:NAME`.
@@ -38,55 +41,35 @@ impl OpenVolume {
     /// # Errors
     /// One line: the file, the place, what is wrong.
     pub fn read(name: &str) -> Result<Self, String> {
-        Self::read_source(&VolumeSource::Path(name.to_owned()))
+        Self::read_source(&VolumeReference::Path(name.to_owned()))
     }
 
     /// Reads what a scene file names; paths must be good here.
     ///
     /// # Errors
     /// One line: the file, the place, what is wrong.
-    pub fn read_source(source: &VolumeSource) -> Result<Self, String> {
-        let mut options = ReadOptions::default();
-        if let VolumeSource::Described(described) = source {
-            options.raw = RawOptions::described(described).map_err(|e| e.to_string())?;
-        }
-        let name = VolumeName::new(path_of(source).as_ref());
-        let NamedVolume { volume, mesh, notices } = read_named(&name, &options).map_err(|e| e.to_string())?;
+    pub fn read_source(source: &VolumeReference) -> Result<Self, String> {
+        let raw = source.raw_options().map_err(|e| e.to_string())?;
+        let options = ReadOptions { raw, ..ReadOptions::default() };
+        let name = VolumeName::new(source.path().as_ref());
+        let NamedVolume { data, notices } = read_named(&name, &options).map_err(|e| e.to_string())?;
         let source = match &name {
             VolumeName::Sample(_) => source.clone(),
-            VolumeName::File(path) => with_path(source, &absolute(path)?),
+            VolumeName::File(path) => source.with_path(absolute(path)?),
         };
-        Ok(Self { mesh, notices, ..Self::new(volume, source) })
+        Ok(Self { notices, ..Self::new(data, source) })
     }
 
     /// What the user calls it.
     pub fn name(&self) -> &str {
-        let path = path_of(&self.source);
+        let path = self.source.path();
         let file = Path::new(path).file_name().and_then(|name| name.to_str());
         file.filter(|_| !path.starts_with("sample:")).unwrap_or(path)
     }
 
     /// How many voxels have which value; counted when first asked for.
     pub fn histogram(&self) -> &Histogram {
-        self.histogram.get_or_init(|| Histogram::new(&self.volume, BINS))
-    }
-}
-
-/// The path in a source.
-pub fn path_of(source: &VolumeSource) -> &str {
-    match source {
-        VolumeSource::Path(path) => path,
-        VolumeSource::Described(described) => &described.path,
-    }
-}
-
-/// The same source at another path.
-pub fn with_path(source: &VolumeSource, path: &str) -> VolumeSource {
-    match source {
-        VolumeSource::Path(_) => VolumeSource::Path(path.to_owned()),
-        VolumeSource::Described(described) => {
-            VolumeSource::Described(RawVolumeSource { path: path.to_owned(), ..described.clone() })
-        }
+        self.histogram.get_or_init(|| Histogram::new(self.lattice(), BINS))
     }
 }
 

@@ -119,6 +119,6 @@ impl Document {
     /// What is cut, with the solids that are loaded; what has none yet neither cuts nor keeps.
     pub fn clip(&self) -> Option<Clip> {
         let present = self.state.cutting.with_hidden(&|source| self.solids.get(source).is_none());
-        Some(self.solids.resolve(&present.to_clip(&self.volume.volume)?))
+        Some(self.solids.resolve(&present.to_clip(self.volume.lattice())?))
     }
 }

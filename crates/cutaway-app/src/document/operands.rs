@@ -1,9 +1,10 @@
 //! Steps that concern operands: each is one to undo.
 
 use cutaway_core::camera::{Ray, intersect_box};
-use cutaway_core::clip::{ClipSource, FitError, Pose};
+use cutaway_core::clip::{FitError, Pose};
 use cutaway_core::glam::DVec3;
 use cutaway_core::segment::Segment;
+use cutaway_io::scene_file::ClipSource;
 
 use super::Document;
 use crate::cutting::defaults::Shape;
@@ -44,7 +45,7 @@ impl Document {
     /// One line, for a volume that no shape fits.
     pub fn add_shape(&mut self, shape: Shape) -> Result<Option<OperandId>, String> {
         let towards = -self.state().camera.axes().forward;
-        let source = shape.for_volume(&self.volume().volume, towards);
+        let source = shape.for_volume(self.volume().lattice(), towards);
         Ok(self.add_solid(source.map_err(|e| format!("{}: {e}", shape.name()))?))
     }
 
@@ -54,7 +55,7 @@ impl Document {
     /// One line, for what has no size.
     pub fn fit_operand(&mut self, id: OperandId) -> Result<bool, FitError> {
         let find = |source: &_| self.solids.get(source);
-        let Some(pose) = self.state().cutting.fitted(id, &find, &self.volume().volume)? else {
+        let Some(pose) = self.state().cutting.fitted(id, &find, self.volume().lattice())? else {
             return Ok(false);
         };
         Ok(self.cut("fit operand", |cutting| cutting.set_pose(id, pose)).unwrap_or(false))
@@ -63,7 +64,7 @@ impl Document {
     /// Selects the object whose surface a ray meets first where the volume is, unless it is behind `opaque`, the point at
     /// which the picture ends; whether there is one. Where there is none, what is selected stays so.
     pub fn select_along(&mut self, ray: &Ray, opaque: Option<DVec3>) -> bool {
-        let volume = &self.volume().volume;
+        let volume = self.volume().lattice();
         let voxel_from_world = volume.voxel_from_world();
         let origin = voxel_from_world.transform_point3(ray.origin);
         let direction = voxel_from_world.transform_vector3(ray.direction);

@@ -5,13 +5,11 @@
 
 use std::path::Path;
 
-use cutaway_core::clip::ClipFile;
-use cutaway_core::scene::{SceneFile, TransferFunctionFile};
+use cutaway_core::scene::Data;
 use cutaway_core::transfer_function::TransferFunction;
-use cutaway_core::volume::Volume;
-use cutaway_io::json::read_scene;
+use cutaway_io::scene_file::{ClipFile, SceneFile, paths, read_scene};
+use cutaway_io::transfer_function::TransferFunctionFile;
 
-use super::load::{path_of, with_path};
 use super::{Document, SceneState};
 use crate::cutting::notes::CuttingNotes;
 
@@ -24,23 +22,19 @@ const CUTTING: &str = "cutting";
 /// One line: the file, the place, what is wrong.
 pub fn read(path: &Path) -> Result<SceneFile, String> {
     let mut file = read_scene(path).map_err(|e| e.to_string())?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let folder = std::path::absolute(folder).map_err(|e| format!("{}: {e}", path.display()))?;
-    let from_here = |named: &str| {
-        let here = folder.join(named).into_os_string().into_string();
-        here.map_err(|_| format!("{}: the folder's name is not Unicode; rename the folder", path.display()))
-    };
-    if !path_of(&file.volume).starts_with("sample:") {
-        if path_of(&file.volume).is_empty() {
+    let scene = std::path::absolute(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let from_here = |named: &str| paths::from_scene(named, &scene).map_err(|e| e.to_string());
+    if !file.volume.is_sample() {
+        if file.volume.path().is_empty() {
             let name = path.display();
             return Err(format!(
                 "{name}: `volume` is empty; give a path, relative to the scene file, or `sample:NAME`"
             ));
         }
-        file.volume = with_path(&file.volume, &from_here(path_of(&file.volume))?);
+        file.volume = file.volume.with_path(from_here(file.volume.path())?);
     }
-    if let Some(clip) = &mut file.clip {
-        map_paths(clip, &mut |named| from_here(named))?;
+    if let Some(ClipFile(clip)) = &mut file.clip {
+        paths::map_paths(clip, &mut |named| from_here(named))?;
     }
     if let Some(mut notes) = cutting_notes(&file) {
         map_noted_paths(&mut notes, &mut |named| from_here(named))?;
@@ -53,7 +47,8 @@ pub fn read(path: &Path) -> Result<SceneFile, String> {
 ///
 /// # Errors
 /// What is wrong with it, in a line.
-pub fn state_of(file: &SceneFile, volume: &Volume) -> Result<SceneState, String> {
+pub fn state_of(file: &SceneFile, data: &Data) -> Result<SceneState, String> {
+    let volume = data.lattice();
     let mut state = SceneState::of_volume(volume);
     if let Some(function) = &file.transfer_function {
         state.function = TransferFunction::new(function.points.clone()).map_err(|e| e.to_string())?;
@@ -69,9 +64,10 @@ pub fn state_of(file: &SceneFile, volume: &Volume) -> Result<SceneState, String>
     state.settings = file.render.clone();
     // Without notes, or where somebody has changed the tree beside them, the tree is all there is.
     let notes = cutting_notes(file).unwrap_or_default();
-    state.cutting = notes.restore(file.clip.as_ref(), volume, file.clip_shading.clone());
+    state.cutting =
+        notes.restore(file.clip.as_ref().map(|ClipFile(tree)| tree), volume, file.clip_shading.clone());
     // Every number is checked where a scene is made of it.
-    state.scene(volume, None, [1, 1]).map_err(|e| e.to_string())?;
+    state.scene(data, None, [1, 1]).map_err(|e| e.to_string())?;
     Ok(state)
 }
 
@@ -81,13 +77,14 @@ pub fn state_of(file: &SceneFile, volume: &Volume) -> Result<SceneState, String>
 /// A path that a scene file cannot hold.
 pub fn file_of(document: &Document, path: &Path) -> Result<SceneFile, String> {
     let (state, open) = (document.state(), document.volume());
-    let mut clip = state.cutting.to_clip(&open.volume);
+    let mut clip = state.cutting.to_clip(open.lattice());
     if let Some(clip) = &mut clip {
-        map_paths(clip, &mut |named| relative(named, path))?;
+        paths::map_paths(clip, &mut |named| relative(named, path))?;
     }
-    let source = match path_of(&open.source) {
-        sample if sample.starts_with("sample:") => open.source.clone(),
-        named => with_path(&open.source, &relative(named, path)?),
+    let source = if open.source.is_sample() {
+        open.source.clone()
+    } else {
+        open.source.with_path(relative(open.source.path(), path)?)
     };
     Ok(SceneFile {
         volume: source,
@@ -97,7 +94,7 @@ pub fn file_of(document: &Document, path: &Path) -> Result<SceneFile, String> {
         }),
         camera: Some(state.camera.clone()),
         lighting: state.lighting.clone(),
-        clip,
+        clip: clip.map(ClipFile),
         clip_shading: state.cutting.shading.clone(),
         render: state.settings.clone(),
         viewer: None,
@@ -148,33 +145,14 @@ fn map_noted_paths(
     result
 }
 
-fn map_paths(
-    clip: &mut ClipFile,
-    change: &mut dyn FnMut(&str) -> Result<String, String>,
-) -> Result<(), String> {
-    let mut result = Ok(());
-    clip.visit_leaves(&mut |source, _| {
-        if let (Some(path), true) = (source.path_mut(), result.is_ok()) {
-            match change(path) {
-                Ok(changed) => *path = changed,
-                Err(error) => result = Err(error),
-            }
-        }
-    });
-    result
-}
-
-/// An absolute path as the scene file at `scene` names it.
 fn relative(named: &str, scene: &Path) -> Result<String, String> {
-    let scene = std::path::absolute(scene).map_err(|e| format!("{}: {e}", scene.display()))?;
-    let below = scene.parent().and_then(|folder| Path::new(named).strip_prefix(folder).ok());
-    let below = below.and_then(Path::to_str).filter(|path| !path.starts_with("sample:"));
-    Ok(below.unwrap_or(named).to_owned())
+    paths::in_scene(Path::new(named), scene).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]
 mod tests {
-    use cutaway_core::clip::ClipSource;
+    use cutaway_core::volume::Volume;
+    use cutaway_io::scene_file::{ClipSource, ClipTree};
 
     use super::*;
     use crate::cutting::Cutting;
@@ -191,7 +169,7 @@ mod tests {
         let mut file = read(&path).unwrap();
         assert!(file.viewer.as_ref().is_some_and(|viewer| viewer.get("overlays").is_some()));
         change(&mut file);
-        state_of(&file, &document.volume().volume).unwrap().cutting
+        state_of(&file, &document.volume().data).unwrap().cutting
     }
 
     /// A named group of a mesh and a ball that is hidden, beside a box that is alone.
@@ -210,7 +188,7 @@ mod tests {
     }
 
     fn document_volume() -> Volume {
-        document().volume().volume.clone()
+        document().volume().lattice().clone()
     }
 
     #[test]
@@ -226,8 +204,8 @@ mod tests {
     #[test]
     fn a_tree_that_was_changed_beside_the_notes_counts() {
         let other = Shape::Sphere.for_volume(&document_volume(), cutaway_core::glam::DVec3::X).unwrap();
-        let clip = ClipFile::from(cutaway_core::clip::Node::Leaf(other));
-        let again = reopened(&mut edited(), |file| file.clip = Some(clip.clone()));
+        let clip = ClipTree::from(cutaway_core::clip::Node::Leaf(other));
+        let again = reopened(&mut edited(), |file| file.clip = Some(ClipFile(clip.clone())));
         assert_eq!(again.to_clip(&document_volume()), Some(clip));
         let again = reopened(&mut edited(), |file| file.viewer = None);
         assert_eq!(again.operands.len(), 1, "only the one that is alone is in the tree: {again:?}");

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use cutaway_core::clip::{Clip, ClipFile, ClipSource, ExternalSolid, Node, Solid};
+use cutaway_core::clip::{Clip, Node, Solid};
+use cutaway_io::scene_file::{self, ClipSource, ClipTree, ExternalSolid};
 pub use cutaway_io::solids::LoadedSolid;
 use cutaway_io::solids::{SolidCache, read_solid};
 use cutaway_mesh::EventFinder;
@@ -46,8 +47,8 @@ impl Solids {
     }
 
     /// A tree with solids in it; what has none is a union of nothing.
-    pub fn resolve(&self, clip: &ClipFile) -> Clip {
-        let resolved = self.present(clip).resolve(&mut |external| self.cached(external));
+    pub fn resolve(&self, clip: &ClipTree) -> Clip {
+        let resolved = scene_file::resolve(&self.present(clip), &mut |external| self.cached(external));
         resolved.unwrap_or_else(|()| Clip::everything())
     }
 
@@ -56,8 +57,8 @@ impl Solids {
     }
 
     /// The tree without leaves whose file was not read.
-    fn present(&self, clip: &ClipFile) -> ClipFile {
-        let all = |parts: &[ClipFile]| parts.iter().map(|part| self.present(part)).collect();
+    fn present(&self, clip: &ClipTree) -> ClipTree {
+        let all = |parts: &[ClipTree]| parts.iter().map(|part| self.present(part)).collect();
         let node = match &clip.node {
             Node::Everything => Node::Everything,
             Node::Leaf(source) if self.get(source).is_none() => Node::Union(Vec::new()),
@@ -67,6 +68,6 @@ impl Solids {
             Node::Difference(parts) => Node::Difference(all(parts)),
             Node::Complement(part) => Node::Complement(Box::new(self.present(part))),
         };
-        ClipFile { pose: clip.pose, node }
+        ClipTree { pose: clip.pose, node }
     }
 }

@@ -4,7 +4,7 @@ use cutaway_core::camera::Camera;
 use cutaway_core::clip::Clip;
 use cutaway_core::histogram;
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{RenderSettings, Scene, SceneError, default_camera};
+use cutaway_core::scene::{Data, Layer, RenderSettings, Scene, SceneError, default_camera};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::Volume;
 
@@ -45,15 +45,14 @@ impl SceneState {
     ///
     /// # Errors
     /// A number outside its range, or a volume that cannot be rendered.
-    pub fn scene<'a>(
-        &self,
-        volume: &'a Volume,
-        clip: Option<&Clip>,
-        resolution: [u32; 2],
-    ) -> Result<Scene<'a>, SceneError> {
+    pub fn scene(&self, data: &Data, clip: Option<&Clip>, resolution: [u32; 2]) -> Result<Scene, SceneError> {
         let settings = RenderSettings { resolution, ..self.settings.clone() };
         let (camera, lighting) = (self.camera.clone(), self.lighting.clone());
-        let scene = Scene::new(volume, &self.function, self.unit_distance, camera, lighting, settings)?;
+        let scene = Scene::new(
+            Layer::new(data, &self.function).with_unit_distance(self.unit_distance).with_lighting(lighting),
+            camera,
+            settings,
+        )?;
         match clip {
             Some(clip) => scene.with_clip(clip, self.cutting.shading.clone()),
             None => Ok(scene),

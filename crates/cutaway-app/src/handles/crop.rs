@@ -40,7 +40,7 @@ impl CropHandles {
         let seen = Seen::new(projection);
         let held = self.dragging.has_pointer();
         let grip = Grip::new(ui, response, &seen, held, listens);
-        let frame = CropFrame::new(&document.volume().volume);
+        let frame = CropFrame::new(document.volume().lattice());
         match (grip, self.dragging, document.state().cutting.crop) {
             (Grip::Released(_), ..) => {
                 self.dragging = Dragging::No;

@@ -85,7 +85,7 @@ impl Gizmo {
     fn frame(&self, document: &Document) -> Option<(OperandId, Frame)> {
         let id = document.selected?;
         let cutting = &document.state().cutting;
-        let volume = &document.volume().volume;
+        let volume = document.volume().lattice();
         let find = |source: &_| document.solids.get(source);
         let center = cutting.center(id, &find, volume.center_in_world())?;
         Some((id, Frame::new(center, &cutting.world_from_operand(id), self.axes)))
@@ -268,7 +268,7 @@ impl Gizmo {
 
 /// Steps, where they are asked for.
 fn snap(ui: &Ui, document: &Document) -> Option<Snap> {
-    let length = document.volume().volume.spacing().min_element();
+    let length = document.volume().lattice().spacing().min_element();
     let snap = Snap { length, angle: 15f64.to_radians(), factor: 0.1 };
     ui.input(|input| input.modifiers.command).then_some(snap)
 }

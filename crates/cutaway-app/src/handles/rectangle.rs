@@ -77,7 +77,7 @@ impl RectangleClip {
             return;
         }
         self.on = false;
-        let volume = &document.volume().volume;
+        let volume = document.volume().lattice();
         let crop = document.state().cutting.crop.unwrap_or_else(|| CropBox::whole(volume));
         if let Some(trimmed) = CropFrame::new(volume).trim(&crop, &seen.lens, rectangle) {
             document.settle();

@@ -1,5 +1,6 @@
-use cutaway_core::clip::{ClipSource, Pose, Sphere};
+use cutaway_core::clip::{Pose, Sphere};
 use cutaway_core::glam::DVec3;
+use cutaway_io::scene_file::ClipSource;
 use egui::{Key, Modifiers, Pos2, Sense, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -34,7 +35,7 @@ impl Picture {
 
 /// Looks along y.
 fn from_the_front(document: &mut Document) {
-    let center = document.volume().volume.center_in_world();
+    let center = document.volume().lattice().center_in_world();
     document.look(|camera| {
         camera.focal_point = center.to_array();
         camera.position = (center - DVec3::Y * 80.0).to_array();
@@ -51,7 +52,7 @@ fn harness(document: Document) -> Harness<'static, Picture> {
 /// A ball in the middle of the volume, selected.
 fn with_ball() -> (Harness<'static, Picture>, OperandId) {
     let mut document = document();
-    let center = document.volume().volume.center_in_world();
+    let center = document.volume().lattice().center_in_world();
     let ball = Content::Object(ClipSource::Sphere(Sphere::new(center, 3.0).unwrap()));
     let id = document.add_operand(ball).unwrap();
     (harness(document), id)
@@ -128,7 +129,7 @@ fn turning_and_scaling_keep_the_middle() {
         release(&mut harness, from + by);
         let pose = harness.state().pose();
         assert_ne!(pose, Pose::IDENTITY, "{handle}");
-        let center = harness.state().document.volume().volume.center_in_world();
+        let center = harness.state().document.volume().lattice().center_in_world();
         let there = pose.world_from_object().transform_point3(center);
         assert!(there.distance(center) < 1e-9, "{handle}: {there}");
         let factor = pose.world_from_object().matrix3.determinant();
@@ -204,7 +205,7 @@ fn an_operand_that_goes_while_it_is_dragged_is_let_go() {
 #[test]
 fn faces_of_the_crop_box_are_dragged() {
     let mut document = document();
-    let whole = CropBox::whole(&document.volume().volume);
+    let whole = CropBox::whole(document.volume().lattice());
     document.cut("crop", |cutting| cutting.crop = Some(whole));
     from_the_front(&mut document);
     let mut harness = harness(document);
@@ -245,7 +246,7 @@ fn a_rectangle_trims_and_is_off_again() {
     assert_eq!(harness.state().held.last(), Some(&true));
     release(&mut harness, to);
     let crop = harness.state().document.state().cutting.crop.unwrap();
-    let whole = CropBox::whole(&harness.state().document.volume().volume);
+    let whole = CropBox::whole(harness.state().document.volume().lattice());
     let trimmed =
         DVec3::select(crop.min.cmpne(whole.min) | crop.max.cmpne(whole.max), DVec3::ONE, DVec3::ZERO);
     assert_eq!(trimmed.element_sum(), 2.0, "{crop:?}: all but the axis of the view");

@@ -6,9 +6,9 @@ mod function;
 mod light;
 mod numbers;
 
+use cutaway_io::scene_file::ClipSource;
 use std::path::Path;
 
-use cutaway_core::clip::ClipSource;
 use egui::containers::scroll_area::ScrollSource;
 use egui::{CollapsingHeader, Response, Ui};
 

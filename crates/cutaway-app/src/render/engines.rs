@@ -149,7 +149,7 @@ impl Engines {
         hand_over: &mut HandOver<'_>,
     ) -> Result<(), Interrupt> {
         let started = Instant::now();
-        let scene = request.state.scene(&request.volume.volume, request.clip.as_ref(), request.size)?;
+        let scene = request.state.scene(&request.volume.data, request.clip.as_ref(), request.size)?;
         self.prepare(request, &scene)?;
         let running = self
             .running
@@ -177,7 +177,7 @@ impl Engines {
     /// # Errors
     /// Why there is none, in a line.
     pub fn still(&mut self, request: &Request, progress: &(dyn Fn(f32) + Sync)) -> Result<Image, Interrupt> {
-        let scene = request.state.scene(&request.volume.volume, request.clip.as_ref(), request.size)?;
+        let scene = request.state.scene(&request.volume.data, request.clip.as_ref(), request.size)?;
         self.prepare(request, &scene)?;
         let running = self
             .running
@@ -216,7 +216,7 @@ impl Engines {
     /// The engine that a state asks for: of itself a real GPU where there is one.
     fn kind(&mut self, request: &Request) -> Engine {
         match request.state.settings.engine {
-            Engine::Auto if request.volume.mesh.is_some() => Engine::Cells,
+            Engine::Auto if request.volume.data.grid().is_some() => Engine::Cells,
             Engine::Auto if request.debug != DebugView::Off => Engine::Raycast,
             Engine::Auto => {
                 let real = match &self.gpu {
@@ -243,7 +243,7 @@ impl Engines {
     }
 
     fn start(&mut self, kind: Engine, request: &Request, scene: &Scene) -> Result<Prepared, Interrupt> {
-        let mesh = request.volume.mesh.as_ref();
+        let mesh = request.volume.data.grid();
         if mesh.is_some() && kind != Engine::Cells {
             let line = "an unstructured grid is rendered by the cells engine alone; choose cells or auto";
             return Err(Interrupt::Failed(line.to_owned()));
@@ -284,7 +284,7 @@ impl Engines {
 /// A request on its way through an engine.
 struct View<'a> {
     request: &'a Request,
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     overtaken: &'a AtomicBool,
     started: Instant,
     took: Took,
@@ -409,7 +409,7 @@ impl Prepared {
         for factor in factors {
             let size = reduced(size, factor);
             let state = &view.request.state;
-            let scene = state.scene(view.scene.volume(), view.request.clip.as_ref(), size)?;
+            let scene = state.scene(view.scene.data(), view.request.clip.as_ref(), size)?;
             let began = Instant::now();
             let (shown, counts) = self.shown(&scene, view, factor > 1)?;
             pace.note(size, began.elapsed());

@@ -12,7 +12,7 @@ use std::thread;
 
 use cutaway_core::glam::{DAffine3, UVec3};
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::volume::{Geometry, Volume};
 use cutaway_core::{histogram, presets, with_voxels};
 use cutaway_cpu::{CpuRenderer, CpuVolume, SimdChoice};
@@ -103,7 +103,7 @@ impl Worker {
         let cancelled = cancel.clone();
         // Lists are as good without pictures: a system that gives no more threads is no error.
         let _ = thread::Builder::new().name("thumbnails".to_owned()).spawn(move || {
-            let Some(studio) = Studio::new(&volume.volume) else { return };
+            let Some(studio) = Studio::new(volume.lattice()) else { return };
             // The copy is all that is needed: a volume that is closed meanwhile is freed.
             drop(volume);
             for subject in subjects {
@@ -156,7 +156,12 @@ impl Studio {
         let mut camera = default_camera(volume, 1.0);
         // Corners of the box, which are mostly empty, may be outside.
         camera.zoom(1.35);
-        let scene = Scene::new(volume, &function, unit, camera, lighting, settings).ok()?;
+        let scene = Scene::new(
+            Layer::new(volume.clone(), &function).with_unit_distance(unit).with_lighting(lighting),
+            camera,
+            settings,
+        )
+        .ok()?;
         let classification = self.renderer.classify(&self.prepared, &scene);
         let (image, _) = self.renderer.render(&self.prepared, &classification, &scene, &|_| {});
         let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
@@ -241,7 +246,7 @@ mod tests {
     #[test]
     fn pictures_show_something() {
         let volume = open("sample:sphere:40");
-        let studio = Studio::new(&volume.volume).unwrap();
+        let studio = Studio::new(volume.lattice()).unwrap();
         for subject in [Subject::Preset("MR-MIP".into()), Subject::Colormap("hot".into())] {
             let image = studio.picture(&subject).unwrap();
             let shown = image.pixels.iter().filter(|p| p.a() > 20).count();

@@ -117,7 +117,7 @@ impl Slices {
 
     /// Draws the slices over all that is left of `ui`.
     pub fn show(&mut self, ui: &mut Ui, document: &Document) {
-        let volume = &document.volume().volume;
+        let volume = document.volume().lattice();
         ui.horizontal_wrapped(|ui| {
             ui.checkbox(&mut self.oblique, "Oblique");
             ui.checkbox(&mut self.measuring, "Measure");
@@ -187,7 +187,7 @@ impl Slices {
 
     /// The plane of a slice that fits the whole volume into a rectangle.
     fn plane(&self, document: &Document, orientation: Orientation, rect: Rect) -> Plane {
-        let volume = &document.volume().volume;
+        let volume = document.volume().lattice();
         let [right, up] = orientation.axes(volume.geometry().frame, &document.state().camera);
         let middle = volume.center_in_world();
         let extent = |axis: DVec3| {
@@ -245,7 +245,7 @@ impl Slices {
             volume: std::sync::Arc::as_ptr(open) as usize,
             cutting: document.state().cutting.clone(),
             solids: document.solids.len(),
-            levels: self.levels(&open.volume),
+            levels: self.levels(open.lattice()),
         };
         let pane = &mut self.panes[index];
         if pane.made.as_ref() == Some(&wanted) {
@@ -254,7 +254,7 @@ impl Slices {
         let before = pane.made.as_ref();
         let same_plane = before.is_some_and(|b| b.plane == wanted.plane && b.volume == wanted.volume);
         if !same_plane {
-            pane.values = plane.values(&open.volume);
+            pane.values = plane.values(open.lattice());
         }
         let same_cut = before.is_some_and(|b| b.cutting == wanted.cutting && b.solids == wanted.solids);
         if !same_plane || !same_cut {

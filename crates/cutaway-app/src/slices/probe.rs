@@ -41,7 +41,7 @@ impl Probe {
 
 /// The first point of a ray at which the opacity passes a half; none where it does not.
 pub fn pick(document: &Document, ray: &Ray) -> Option<DVec3> {
-    let volume = &document.volume().volume;
+    let volume = document.volume().lattice();
     // A picture of one pixel, along the ray.
     let size = volume.spacing().min_element() * 1e-3;
     let up = ray.direction.any_orthonormal_vector();
@@ -57,7 +57,7 @@ pub fn pick(document: &Document, ray: &Ray) -> Option<DVec3> {
     state.lighting = Lighting { shade: false, ..state.lighting };
     state.settings.blur = 0.0;
     let clip = document.clip();
-    let scene = state.scene(volume, clip.as_ref(), [1, 1]).ok()?;
+    let scene = state.scene(&document.volume().data, clip.as_ref(), [1, 1]).ok()?;
     let depth = reference::render(&scene).depth_at(0, 0)?;
     depth.is_finite().then(|| ray.origin + ray.direction * f64::from(depth))
 }
@@ -94,9 +94,9 @@ mod tests {
     use super::*;
     use crate::document::{OpenVolume, SceneState, Solids};
     use cutaway_core::glam::UVec3;
-    use cutaway_core::scene::VolumeSource;
     use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
     use cutaway_core::volume::{Geometry, Rescale};
+    use cutaway_io::scene_file::VolumeReference;
     use std::sync::Arc;
 
     /// A cube whose value is its z, opaque from 10 on.
@@ -109,7 +109,7 @@ mod tests {
         let mut state = SceneState::of_volume(&volume);
         let points = vec![point(10.0, 0.0), point(10.0, 1.0)];
         state.function = TransferFunction::new(points).unwrap();
-        let open = Arc::new(OpenVolume::new(volume, VolumeSource::Path("test".to_owned())));
+        let open = Arc::new(OpenVolume::new(volume, VolumeReference::Path("test".to_owned())));
         Document::new(open, state, Solids::default(), None)
     }
 
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn values_are_found_where_they_are() {
         let document = document();
-        let volume = &document.volume().volume;
+        let volume = document.volume().lattice();
         let probe = Probe::at(volume, DVec3::new(3.2, 4.7, 6.25)).unwrap();
         assert_eq!((probe.voxel, probe.value), ([3, 5, 6], 6.25));
         assert_eq!(Probe::at(volume, DVec3::new(3.0, 4.0, 21.0)), None);

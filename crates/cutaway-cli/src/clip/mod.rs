@@ -9,23 +9,23 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use cutaway_core::clip::{self, Clip, ClipFile, ClipShading, FitError, Node, Pose};
+use cutaway_core::clip::{self, Clip, ClipShading, FitError, Node, Pose};
 use cutaway_core::glam::DAffine3;
-use cutaway_core::scene::{RenderSettings, SceneFile};
+use cutaway_core::scene::RenderSettings;
 use cutaway_core::volume::Volume;
+use cutaway_io::scene_file::{self, ClipFile, ClipTree, SceneFile, paths};
 
 pub(crate) use args::{ClipArgs, Step};
 use cutaway_io::solids::source_of_file;
 use solids::Solids;
 
-use crate::load::path_in_scene;
 use crate::report::wrong_use;
 use crate::values::List;
 
 /// What is kept of a volume.
 pub(crate) struct PreparedClip {
     /// As a scene file has it, but with paths that are good here.
-    file: ClipFile,
+    file: ClipTree,
     /// With its solids.
     pub(crate) clip: Clip,
     /// What was done to make closed surfaces of files.
@@ -43,7 +43,7 @@ impl PreparedClip {
     ) -> anyhow::Result<Option<Self>> {
         let mut solids = Solids::new(events::finder(settings.clip_events));
         let in_file = match scene.and_then(|(file, path)| Some((file.clip.as_ref()?, path))) {
-            Some((clip, path)) => Some(from_here(clip, path)?),
+            Some((clip, path)) => Some(from_here(&clip.0, path)?),
             None => None,
         };
         if let (Some(clip), Some((_, path))) = (&in_file, scene) {
@@ -54,7 +54,7 @@ impl PreparedClip {
         if in_file.is_none() && objects.is_empty() {
             return Ok(None);
         }
-        let mut file = in_file.unwrap_or_else(ClipFile::everything);
+        let mut file = in_file.unwrap_or_else(ClipTree::everything);
         for (operation, object) in objects {
             file = match operation {
                 Operation::Cut => file.cut(object),
@@ -67,17 +67,9 @@ impl PreparedClip {
 
     /// As the scene file at `scene` is to have it.
     pub(crate) fn to_file(&self, scene: &Path) -> anyhow::Result<ClipFile> {
-        let mut file = self.file.clone();
-        let mut result = Ok(());
-        file.visit_leaves(&mut |source, _| {
-            if let (Some(path), true) = (source.path_mut(), result.is_ok()) {
-                match path_in_scene(Path::new(path), scene) {
-                    Ok(there) => *path = there,
-                    Err(error) => result = Err(error),
-                }
-            }
-        });
-        result.map(|()| file)
+        let mut tree = self.file.clone();
+        paths::map_paths(&mut tree, &mut |path| paths::in_scene(Path::new(path), scene))?;
+        Ok(ClipFile(tree))
     }
 }
 
@@ -91,29 +83,15 @@ pub(crate) fn shading(args: &ClipArgs, file: Option<&SceneFile>) -> ClipShading 
     s
 }
 
-fn resolve(clip: &ClipFile, solids: &mut Solids) -> anyhow::Result<Clip> {
-    clip.resolve(&mut |external| solids.load(external))
+fn resolve(clip: &ClipTree, solids: &mut Solids) -> anyhow::Result<Clip> {
+    scene_file::resolve(clip, &mut |external| solids.load(external))
 }
 
 /// A scene file's tree with paths that are good here, where they were relative to its folder.
-fn from_here(clip: &ClipFile, scene: &Path) -> anyhow::Result<ClipFile> {
-    let folder = scene.parent().unwrap_or(Path::new(""));
+fn from_here(clip: &ClipTree, scene: &Path) -> anyhow::Result<ClipTree> {
     let mut clip = clip.clone();
-    let mut result = Ok(());
-    clip.visit_leaves(&mut |source, _| {
-        if let Some(path) = source.path_mut() {
-            match folder.join(&*path).into_os_string().into_string() {
-                Ok(here) => *path = here,
-                Err(_) => {
-                    result = Err(anyhow!(
-                        "{}: the folder's name is not Unicode, so `{path}` cannot be named from here; rename the folder",
-                        scene.display()
-                    ));
-                }
-            }
-        }
-    });
-    result.map(|()| clip)
+    paths::map_paths(&mut clip, &mut |path| paths::from_scene(path, scene))?;
+    Ok(clip)
 }
 
 #[derive(Clone, Copy)]
@@ -127,8 +105,8 @@ fn objects(
     steps: &[Step],
     volume: &Volume,
     solids: &mut Solids,
-) -> anyhow::Result<Vec<(Operation, ClipFile)>> {
-    let mut objects: Vec<(Operation, ClipFile)> = Vec::new();
+) -> anyhow::Result<Vec<(Operation, ClipTree)>> {
+    let mut objects: Vec<(Operation, ClipTree)> = Vec::new();
     for step in steps {
         let object = match step {
             Step::Cut(name) => (Operation::Cut, operand("--cut", name)?),
@@ -151,7 +129,7 @@ fn objects(
     Ok(objects)
 }
 
-fn operand(option: &str, name: &OsStr) -> anyhow::Result<ClipFile> {
+fn operand(option: &str, name: &OsStr) -> anyhow::Result<ClipTree> {
     if let Some(shape) = shape::parse(name) {
         return shape.map_err(|e| wrong_use(format!("{option}: {e}")));
     }
@@ -165,17 +143,17 @@ fn operand(option: &str, name: &OsStr) -> anyhow::Result<ClipFile> {
     }
 }
 
-fn numbers(option: &str, name: &str, list: &List) -> anyhow::Result<ClipFile> {
+fn numbers(option: &str, name: &str, list: &List) -> anyhow::Result<ClipTree> {
     shape::of_numbers(name, list).map_err(|e| wrong_use(format!("{option}: {e}")))
 }
 
 /// A box in voxel space.
-fn crop(list: &List, volume: &Volume) -> anyhow::Result<ClipFile> {
+fn crop(list: &List, volume: &Volume) -> anyhow::Result<ClipTree> {
     Ok(numbers("--crop", "box", list)?.with_pose(Pose::new(*volume.world_from_voxel())?))
 }
 
 /// The pose of an object after another `--clip-pose`.
-fn moved(object: &ClipFile, text: &str, volume: &Volume, solids: &mut Solids) -> anyhow::Result<Pose> {
+fn moved(object: &ClipTree, text: &str, volume: &Volume, solids: &mut Solids) -> anyhow::Result<Pose> {
     let mut fit = |done: &DAffine3| fit(object, done, volume, solids);
     let blame = |e: String| wrong_use(format!("--clip-pose: {e}"));
     let pose = shape::pose(text, &mut fit)?.map_err(blame)?;
@@ -184,7 +162,7 @@ fn moved(object: &ClipFile, text: &str, volume: &Volume, solids: &mut Solids) ->
 
 /// Centres an object, as it is after what has been `done` to it, in the volume and scales it, the same along all axes, as
 /// large as it can be within the volume's box.
-fn fit(object: &ClipFile, done: &DAffine3, volume: &Volume, solids: &mut Solids) -> anyhow::Result<DAffine3> {
+fn fit(object: &ClipTree, done: &DAffine3, volume: &Volume, solids: &mut Solids) -> anyhow::Result<DAffine3> {
     let Node::Leaf(source) = &object.node else { return Ok(DAffine3::IDENTITY) };
     let bounds = source.solid(&mut |external| solids.load(external))?.bounds();
     let posed = *done * *object.pose.world_from_object();
@@ -199,10 +177,10 @@ fn fit(object: &ClipFile, done: &DAffine3, volume: &Volume, solids: &mut Solids)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cutaway_core::clip::ClipSource;
+    use cutaway_io::scene_file::ClipSource;
 
     /// The path of the only object.
-    fn path(clip: &ClipFile) -> String {
+    fn path(clip: &ClipTree) -> String {
         let mut found = String::new();
         clip.clone().visit_leaves(&mut |source, _| found = source.path_mut().unwrap().clone());
         found
@@ -210,11 +188,11 @@ mod tests {
 
     #[test]
     fn paths_are_relative_to_the_scene_file() {
-        let mesh: ClipFile = Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned() }).into();
+        let mesh: ClipTree = Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned() }).into();
         let here = from_here(&mesh, Path::new("data/scene.json")).unwrap();
         assert_eq!(path(&here), "data/meshes/bunny.ply");
         let prepared = PreparedClip { file: here, clip: Clip::everything(), notices: Vec::new() };
-        let saved = |scene: &str| path(&prepared.to_file(Path::new(scene)).unwrap());
+        let saved = |scene: &str| path(&prepared.to_file(Path::new(scene)).unwrap().0);
         assert_eq!(saved("data/other.json"), "meshes/bunny.ply");
         assert_eq!(saved("scene.json"), "data/meshes/bunny.ply");
         let absolute = std::path::absolute("data/meshes/bunny.ply").unwrap();

@@ -2,8 +2,9 @@
 
 use std::ffi::OsStr;
 
-use cutaway_core::clip::{AxisBox, ClipFile, ClipSource, Node, Plane, Pose, ShapeError, Sphere};
+use cutaway_core::clip::{AxisBox, Node, Plane, Pose, ShapeError, Sphere};
 use cutaway_core::glam::{DAffine3, DQuat, DVec3};
+use cutaway_io::scene_file::{ClipSource, ClipTree};
 
 use crate::values::{List, shown, tip};
 
@@ -29,13 +30,13 @@ pub(super) fn meant(operand: &str) -> String {
 }
 
 /// The shape that an operand names; none where it is a file.
-pub(super) fn parse(operand: &OsStr) -> Option<Result<ClipFile, String>> {
+pub(super) fn parse(operand: &OsStr) -> Option<Result<ClipTree, String>> {
     let (name, numbers) = split(operand)?;
     Some(numbers.parse::<List>().and_then(|list| of_numbers(name, &list)))
 }
 
 /// A shape from its numbers.
-pub(super) fn of_numbers(name: &str, List(numbers): &List) -> Result<ClipFile, String> {
+pub(super) fn of_numbers(name: &str, List(numbers): &List) -> Result<ClipTree, String> {
     let shape = |source: Result<ClipSource, ShapeError>| {
         source.map(|source| Node::Leaf(source).into()).map_err(|e| format!("{name}: {e}"))
     };
@@ -122,14 +123,15 @@ fn scale(factors: DVec3) -> Result<DAffine3, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cutaway_io::scene_file::ClipFile;
 
-    fn parsed(text: &str) -> Option<Result<ClipFile, String>> {
+    fn parsed(text: &str) -> Option<Result<ClipTree, String>> {
         parse(OsStr::new(text))
     }
 
     #[test]
     fn operands_are_shapes_or_files() {
-        let json = |text: &str| serde_json::to_value(parsed(text).unwrap().unwrap()).unwrap();
+        let json = |text: &str| serde_json::to_value(ClipFile(parsed(text).unwrap().unwrap())).unwrap();
         assert_eq!(json("box:0,1,-2,3,4,5")["box"]["min"], serde_json::json!([0.0, -2.0, 4.0]));
         assert_eq!(json("plane:0,0,2,6")["plane"]["distance"], 6.0);
         for file in ["bunny.ply", "sphere", "C:\\bunny.ply", "shpere:1,2,3,4"] {

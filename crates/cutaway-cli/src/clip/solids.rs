@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use anyhow::Context;
-use cutaway_core::clip::{ExternalSolid, Solid};
+use cutaway_core::clip::Solid;
+use cutaway_io::scene_file::ExternalSolid;
 use cutaway_io::solids::{SolidCache, read_solid};
 use cutaway_mesh::EventFinder;
 

@@ -53,10 +53,10 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
         return mesh_info::run(file.as_ref(), args.json);
     }
     let loaded = from_argument(file, &args.raw)?;
-    if let Some(mesh) = &loaded.mesh {
+    if let Some(mesh) = loaded.data.grid() {
         return tetrahedra_info::run(&loaded, mesh, args.json);
     }
-    let info = describe(&loaded.name, &loaded.volume, loaded.notices.clone());
+    let info = describe(&loaded.name, loaded.lattice(), loaded.notices.clone());
     let text = if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { text(&info) };
     report::print(&text)
 }

@@ -154,7 +154,7 @@ fn background(list: &List) -> anyhow::Result<[f32; 4]> {
 
 fn describe(prepared: &Prepared, verbosity: Verbosity) {
     verbosity.detail(|| {
-        let volume = &prepared.loaded.volume;
+        let volume = prepared.loaded.lattice();
         let [lo, hi] = volume.value_range().map(shown);
         let (d, kind) = (volume.dimensions(), volume.source_type().name());
         format!("volume: {}, {} x {} x {} {kind}, values {lo} to {hi}", prepared.loaded.name, d.x, d.y, d.z)

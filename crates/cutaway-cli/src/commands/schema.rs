@@ -1,8 +1,7 @@
 //! `cutaway schema`.
 
-use cutaway_core::scene::SceneFile;
-
 use crate::report;
+use cutaway_io::scene_file::SceneFile;
 
 pub(crate) fn run() -> anyhow::Result<()> {
     let schema = schemars::schema_for!(SceneFile);

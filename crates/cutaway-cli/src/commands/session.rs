@@ -23,8 +23,8 @@ use crate::args::{DebugView, SceneArgs, Simd};
 use crate::report::{Verbosity, wrong_use};
 use crate::scene::Prepared;
 
-pub(crate) struct Session<'a> {
-    scene: Scene<'a>,
+pub(crate) struct Session {
+    scene: Scene,
     engine: Running,
     /// How the cpu engine would be started, where it stands in for a GPU that fails.
     cpu: CpuChoice,
@@ -156,15 +156,11 @@ struct CpuChoice {
 /// An engine, and milliseconds to prepare and to classify.
 type Started = (Running, f64, f64);
 
-impl<'a> Session<'a> {
-    pub(crate) fn new(
-        prepared: &'a Prepared,
-        args: &SceneArgs,
-        verbosity: Verbosity,
-    ) -> anyhow::Result<Self> {
+impl Session {
+    pub(crate) fn new(prepared: &Prepared, args: &SceneArgs, verbosity: Verbosity) -> anyhow::Result<Self> {
         let scene = prepared.scene()?;
         let cpu = CpuChoice { threads: args.threads, simd: args.simd };
-        let mesh = prepared.loaded.mesh.as_ref();
+        let mesh = prepared.loaded.data.grid().map(|grid| &**grid);
         let (engine, prepare_ms, classify_ms) = match scene.settings().engine {
             Engine::Cells => start_cells(&scene, mesh, args.gpu.as_deref(), verbosity)?,
             Engine::Auto if mesh.is_some() => start_cells(&scene, mesh, args.gpu.as_deref(), verbosity)?,

@@ -35,7 +35,7 @@ pub(super) fn run(loaded: &LoadedVolume, mesh: &TetrahedralMesh, json: bool) -> 
         tetrahedra: mesh.cells().len(),
         flat: (0..mesh.cells().len()).filter(|cell| mesh.gradient(*cell).is_none()).count(),
         bounds: mesh.bounds().map(|corner| corner.to_array()),
-        range: mesh.stand_in().value_range(),
+        range: mesh.lattice().value_range(),
         notices: loaded.notices.clone(),
     };
     if json {
@@ -49,7 +49,7 @@ pub(super) fn run(loaded: &LoadedVolume, mesh: &TetrahedralMesh, json: bool) -> 
         ("tetrahedra", format!("{} ({} of them without volume)", info.tetrahedra, info.flat)),
         ("box", format!("{lo} to {hi}")),
         ("values", info.range.map(shown).join(" to ")),
-        ("histogram", sparkline(&Histogram::new(mesh.stand_in(), BINS).counts)),
+        ("histogram", sparkline(&Histogram::new(mesh.lattice(), BINS).counts)),
     ];
     lines.extend(info.notices.iter().map(|notice| ("note", notice.clone())));
     let text: String =

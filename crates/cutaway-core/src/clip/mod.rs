@@ -11,7 +11,6 @@
 //! ```
 
 mod event;
-mod file;
 mod finding;
 mod fit;
 mod flat;
@@ -24,7 +23,6 @@ mod tests;
 mod tree;
 
 pub use event::{Crossing, Event, Solid};
-pub use file::{ClipFile, ClipSource, ExternalSolid, LoadSolid};
 pub use finding::{BufferDepth, ClipEvents, ClipEventsHome};
 pub use fit::{FitError, box_corners, extremes, fit};
 pub use flat::{FlatClip, FlatGate, FlatLeaf, FlatWire};

@@ -1,8 +1,8 @@
 //! The clip tree: which part of space is kept.
 //!
 //! A tree's inside is what a renderer shows. Leaves are everything or objects, nodes are set operations; any node may
-//! have a pose, which moves all below it. Where objects come from a file the same tree holds their names instead
-//! ([`ClipFile`](super::ClipFile)); [`Clip::map`] makes one of the other.
+//! have a pose, which moves all below it. A scene file holds the same tree with the names of files for leaves;
+//! [`Clip::map`] turns one into the other.
 
 use std::sync::Arc;
 

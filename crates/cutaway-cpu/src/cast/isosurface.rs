@@ -117,7 +117,7 @@ impl<'a, T: Stored> Cells<'a, T> {
 
 /// The surfaces that one ray has met.
 struct Surfaces<'a, T> {
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     volume: &'a Volume,
     cells: &'a Cells<'a, T>,
     ray: Ray,

@@ -31,7 +31,7 @@ pub(crate) use shading::Shading;
 
 /// Everything that the kernels need of a scene.
 pub(crate) struct Kernel<'a> {
-    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) scene: &'a Scene,
     pub(crate) volume: &'a CpuVolume,
     pub(crate) classification: &'a Classification,
     /// Light, where the scene is shaded.
@@ -45,11 +45,7 @@ pub(crate) struct Kernel<'a> {
 }
 
 impl<'a> Kernel<'a> {
-    pub(crate) fn new(
-        volume: &'a CpuVolume,
-        classification: &'a Classification,
-        scene: &'a Scene<'a>,
-    ) -> Self {
+    pub(crate) fn new(volume: &'a CpuVolume, classification: &'a Classification, scene: &'a Scene) -> Self {
         let shading = scene.is_shaded().then(|| Shading::new(scene));
         let opaque_below = (1.0 - scene.settings().early_termination) as f32;
         let bricks = match scene.settings().layout {

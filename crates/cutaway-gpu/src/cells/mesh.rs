@@ -365,11 +365,11 @@ fn middle([lo, hi]: [DVec3; 2]) -> DVec3 {
     0.5 * (lo + hi)
 }
 
-/// Gradients in the unit that those of grids have: the value range per largest spacing (of the stand-in).
+/// Gradients in the unit that those of grids have: the value range per largest spacing (of the lattice).
 fn attributes(mesh: &TetrahedralMesh, bin_of: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
-    let stand_in = mesh.stand_in();
-    let [lo, hi] = stand_in.value_range();
-    let unit = stand_in.spacing().max_element() / if hi > lo { hi - lo } else { 1.0 };
+    let lattice = mesh.lattice();
+    let [lo, hi] = lattice.value_range();
+    let unit = lattice.spacing().max_element() / if hi > lo { hi - lo } else { 1.0 };
     let gradients = mesh.point_gradients();
     mesh.values()
         .iter()

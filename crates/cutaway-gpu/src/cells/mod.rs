@@ -182,7 +182,7 @@ pub struct CellRenderer {
 /// A volume or a mesh made ready.
 #[derive(Debug)]
 pub struct PreparedCells {
-    /// Of a mesh, its stand-in.
+    /// The volume, or the lattice of a mesh.
     volume: PreparedVolume,
     cells: UVec3,
     mesh: Option<GpuMesh>,
@@ -275,14 +275,14 @@ impl CellRenderer {
         Ok(PreparedCells { volume: PreparedVolume::new(&self.gpu, &self.blocks, volume)?, cells, mesh: None })
     }
 
-    /// Makes a mesh ready; scenes of it are made of its [stand-in](TetrahedralMesh::stand_in).
+    /// Makes a mesh ready; scenes show it as a [`Data::Grid`](cutaway_core::scene::Data::Grid).
     ///
     /// Its tetrahedra are drawn by the depth of their centroids. Of two that overlap in the image the one behind can have the
     /// nearer centroid, where it is large or long; their colours are then blended in the wrong order, which two like ones do
     /// not show. `cutaway-testing/tests/gpu_cells.rs` measures what that makes of an image.
     pub fn prepare_mesh(&self, mesh: &TetrahedralMesh) -> Result<PreparedCells, GpuError> {
-        let volume = PreparedVolume::new(&self.gpu, &self.blocks, mesh.stand_in())?;
-        let [lo, hi] = mesh.stand_in().value_range();
+        let volume = PreparedVolume::new(&self.gpu, &self.blocks, mesh.lattice())?;
+        let [lo, hi] = mesh.lattice().value_range();
         let scale = if hi > lo { tables::BINS_OF_RANGE / (hi - lo) } else { 0.0 };
         let bin_of = |value: f32| ((f64::from(value) - lo) * scale) as f32;
         let gpu_mesh = GpuMesh::new(&self.gpu, mesh, bin_of)?;

@@ -204,7 +204,7 @@ impl ClipLayers {
 struct OfFrame<'a> {
     frame: &'a wgpu::Buffer,
     clip: &'a GpuClip,
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     radius: f64,
 }
 

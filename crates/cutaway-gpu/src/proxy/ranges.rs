@@ -13,7 +13,7 @@ const LAYERS: f64 = 64.0;
 
 /// What ranges are found from.
 pub(crate) struct RangeInputs<'a> {
-    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) scene: &'a Scene,
     pub(crate) frame: &'a FrameUniforms,
     /// None: all of the volume.
     pub(crate) proxy: Option<&'a ProxyGeometry>,

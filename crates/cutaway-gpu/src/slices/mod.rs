@@ -407,7 +407,7 @@ impl SliceRenderer {
 
 /// What a frame is drawn from and into.
 struct Frame<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a Scene,
     planes: Planes,
     variant: Variant,
     uniforms: FrameUniforms,

@@ -30,6 +30,7 @@ use cutaway_core::lighting::Lighting;
 use cutaway_core::transfer_function::TransferFunction;
 
 pub use error::{FunctionReadError, FunctionWriteError};
+pub use ours::TransferFunctionFile;
 
 use crate::atomic::write_atomically;
 use crate::volume::Loaded;

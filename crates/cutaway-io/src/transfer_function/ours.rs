@@ -1,12 +1,23 @@
 //! Our own JSON: what a scene file has under `transfer_function`.
 
-use cutaway_core::scene::TransferFunctionFile;
-use cutaway_core::transfer_function::TransferFunction;
-use serde::Deserialize;
+use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
+use schemars::JsonSchema;
 use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
 
 use super::{FunctionFile, FunctionFormat, FunctionReadError, MAX_POINTS, join};
 use crate::volume::Loaded;
+
+/// A transfer function in a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TransferFunctionFile {
+    /// The world length that the opacities are for; the mean voxel spacing unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit_distance: Option<f64>,
+    /// The points; values must not decrease.
+    pub points: Vec<ControlPoint>,
+}
 
 /// The keys that tell a function from a scene, and from patches.
 #[derive(Deserialize)]

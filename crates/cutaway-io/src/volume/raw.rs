@@ -7,7 +7,6 @@
 
 use std::io::Read;
 
-use cutaway_core::scene::RawVolumeSource;
 use cutaway_core::volume::{Endian, Geometry, Rescale, Volume, VoxelType};
 use glam::DVec3;
 use serde::Deserialize;
@@ -50,19 +49,6 @@ impl RawOptions {
     /// Whether these options alone turn any file into a volume.
     pub(crate) fn is_described(&self) -> bool {
         self.dims.is_some() && self.voxel_type.is_some()
-    }
-
-    /// What a scene file says of raw data.
-    ///
-    /// # Errors
-    /// A name that is no voxel type's.
-    pub fn described(source: &RawVolumeSource) -> Result<Self, UnknownVoxelType> {
-        let unknown = |name: &String| UnknownVoxelType { name: name.clone() };
-        let voxel_type = source.voxel_type.as_ref();
-        let voxel_type =
-            voxel_type.map(|name| VoxelType::from_name(name).ok_or_else(|| unknown(name))).transpose()?;
-        let RawVolumeSource { dims, spacing, big_endian, header_bytes, .. } = *source;
-        Ok(Self { dims, voxel_type, spacing, big_endian, header_bytes })
     }
 
     /// These options, completed by others.

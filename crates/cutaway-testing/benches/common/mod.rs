@@ -62,7 +62,7 @@ impl Look {
 }
 
 /// A framed view of a volume, in steps of one voxel.
-pub(crate) fn scene(volume: &Volume, mode: Mode, look: Look, shade: bool) -> Scene<'_> {
+pub(crate) fn scene(volume: &Volume, mode: Mode, look: Look, shade: bool) -> Scene {
     let [lo, hi] = volume.value_range();
     let iso = if mode == Mode::Iso { vec![0.5 * (lo + hi)] } else { Vec::new() };
     let settings = RenderSettings { mode, iso, step: 1.0, resolution: IMAGE, ..RenderSettings::default() };
@@ -71,16 +71,16 @@ pub(crate) fn scene(volume: &Volume, mode: Mode, look: Look, shade: bool) -> Sce
 }
 
 /// A scene on a renderer, ready for frames.
-pub(crate) struct Ready<'a> {
+pub(crate) struct Ready {
     renderer: CpuRenderer,
     volume: CpuVolume,
     classification: Classification,
-    scene: Scene<'a>,
+    scene: Scene,
 }
 
-impl<'a> Ready<'a> {
+impl Ready {
     /// `None` where the processor lacks the instructions. `threads`: 0 for one a core.
-    pub(crate) fn new(scene: Scene<'a>, simd: SimdChoice, threads: usize) -> Option<Self> {
+    pub(crate) fn new(scene: Scene, simd: SimdChoice, threads: usize) -> Option<Self> {
         let renderer = CpuRenderer::new(threads, simd).ok()?;
         let volume = renderer.prepare(scene.volume()).expect("a volume that the engine can address");
         let classification = renderer.classify(&volume, &scene);

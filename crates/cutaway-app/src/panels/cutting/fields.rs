@@ -1,6 +1,7 @@
 //! The selected operand in numbers.
 
-use cutaway_core::clip::{AxisBox, ClipSource, LARGEST_COORDINATE, Plane, Pose, Sphere};
+use cutaway_core::clip::{AxisBox, LARGEST_COORDINATE, Plane, Pose, Sphere};
+use cutaway_io::scene_file::ClipSource;
 use egui::{Grid, Ui};
 
 use super::numbers::Numbers;
@@ -59,7 +60,7 @@ impl Fields {
         let known = self.typed.filter(|(of, _, made)| *of == id && made == pose);
         let before = known.map_or_else(|| PoseNumbers::new(pose), |(_, numbers, _)| numbers);
         let mut numbers = before;
-        let step = 0.25 * document.volume().volume.spacing().min_element();
+        let step = 0.25 * document.volume().lattice().spacing().min_element();
         let length = Numbers { range: -LARGEST_COORDINATE..=LARGEST_COORDINATE, ..Numbers::any(step) };
         ui.label("Move");
         let moved = length.three(ui, "translation", &mut numbers.translation);
@@ -95,13 +96,13 @@ impl Fields {
 fn around_center(document: &Document, id: OperandId, before: &Pose, numbers: PoseNumbers) -> Option<Pose> {
     let cutting = &document.state().cutting;
     let find = |source: &_| document.solids.get(source);
-    let center = cutting.center(id, &find, document.volume().volume.center_in_world())?;
+    let center = cutting.center(id, &find, document.volume().lattice().center_in_world())?;
     let pivot = cutting.world_from_operand(id).inverse().transform_point3(center);
     numbers.around(pivot, before)
 }
 
 fn shape(ui: &mut Ui, document: &mut Document, id: OperandId, source: &ClipSource) {
-    let step = 0.25 * document.volume().volume.spacing().min_element();
+    let step = 0.25 * document.volume().lattice().spacing().min_element();
     let length = Numbers { range: -LARGEST_COORDINATE..=LARGEST_COORDINATE, ..Numbers::any(step) };
     let positive = Numbers { range: 0.0..=LARGEST_COORDINATE, ..Numbers::any(step) };
     let changed = match source {

@@ -11,7 +11,7 @@ use crate::document::Document;
 
 /// The crop box: on or off, and from where to where.
 pub(super) fn crop(ui: &mut Ui, document: &mut Document) {
-    let whole = CropBox::whole(&document.volume().volume);
+    let whole = CropBox::whole(document.volume().lattice());
     let now = document.state().cutting.crop;
     ui.horizontal(|ui| {
         let mut on = now.is_some();

@@ -1,5 +1,6 @@
-use cutaway_core::clip::{ClipSource, Impregnation, Pose};
+use cutaway_core::clip::{Impregnation, Pose};
 use cutaway_core::glam::DVec3;
+use cutaway_io::scene_file::ClipSource;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -201,7 +202,7 @@ fn numbers_pose_and_shape_the_selected_one() {
     assert_eq!(shape.min().x, -50.0);
     click(&mut harness, "fit to the volume");
     let volume = harness.state().document.volume().clone();
-    assert!(center(&harness).distance(volume.volume.center_in_world()) < 1e-9);
+    assert!(center(&harness).distance(volume.lattice().center_in_world()) < 1e-9);
     click(&mut harness, "Reset pose");
     assert_eq!(operands(&harness)[0].pose, Pose::IDENTITY);
     assert!(harness.state().commands.is_empty());
@@ -228,7 +229,7 @@ fn a_mesh_that_is_not_read_yet_says_so() {
 #[test]
 fn the_crop_box_is_turned_on_and_trimmed_by_numbers() {
     let mut harness = harness();
-    let whole = CropBox::whole(&harness.state().document.volume().volume);
+    let whole = CropBox::whole(harness.state().document.volume().lattice());
     click(&mut harness, "Crop box");
     assert_eq!(harness.state().document.state().cutting.crop, Some(whole));
     set(&mut harness, "crop from x", 5.0);

@@ -107,7 +107,7 @@ fn gradient(ui: &mut Ui, name: &str) {
 
 /// A preset is a function, its unit distance, a mode, and whether it is lit; one step.
 fn take_preset(document: &mut Document, preset: &Preset) {
-    let function = preset.transfer_function(&document.volume().volume);
+    let function = preset.transfer_function(document.volume().lattice());
     document.settle();
     document.edit("preset", |s| {
         s.function = function;
@@ -119,7 +119,7 @@ fn take_preset(document: &mut Document, preset: &Preset) {
 }
 
 fn take_colormap(document: &mut Document, name: &str) {
-    let range = document.volume().volume.value_range();
+    let range = document.volume().lattice().value_range();
     let Some(function) = function::with_colormap(&document.state().function, name, range) else { return };
     document.settle();
     document.edit("colour map", |s| s.function = function);

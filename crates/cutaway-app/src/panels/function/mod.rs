@@ -43,7 +43,7 @@ impl FunctionPanel {
             return false;
         }
         let delta = response.drag_delta() / response.rect.height().max(1.0);
-        let range = document.volume().volume.value_range();
+        let range = document.volume().lattice().value_range();
         document.edit("function: window", |s| {
             let by = [f64::from(delta.x), f64::from(delta.y)];
             s.function = function::dragged_window(&s.function, by, range);
@@ -99,7 +99,7 @@ impl FunctionPanel {
         };
         let point = function.points()[index];
         let (mut value, mut opacity) = (point.value, point.opacity);
-        let [lo, hi] = document.volume().volume.value_range();
+        let [lo, hi] = document.volume().lattice().value_range();
         ui.horizontal_wrapped(|ui| {
             let moved = numbers::field(ui, "Value", &mut value, -FARTHEST..=FARTHEST, (hi - lo) / 500.0)
                 .changed()
@@ -130,7 +130,7 @@ impl FunctionPanel {
 fn whole(ui: &mut Ui, document: &mut Document) {
     let [lo, hi] = function::window(&document.state().function);
     let (mut width, mut level) = (hi - lo, 0.5 * lo + 0.5 * hi);
-    let [least, most] = document.volume().volume.value_range();
+    let [least, most] = document.volume().lattice().value_range();
     let speed = (most - least) / 500.0;
     ui.horizontal_wrapped(|ui| {
         let width_changed = numbers::field(ui, "Window", &mut width, 0.0..=FARTHEST, speed).changed();
@@ -155,7 +155,7 @@ fn whole(ui: &mut Ui, document: &mut Document) {
 }
 
 fn unit_distance(ui: &mut Ui, document: &mut Document) {
-    let of_volume = default_unit_distance(&document.volume().volume);
+    let of_volume = default_unit_distance(document.volume().lattice());
     let stated = document.state().unit_distance;
     ui.horizontal_wrapped(|ui| {
         let mut own = stated.is_some();

@@ -50,7 +50,7 @@ impl PlotView {
 
     /// Shows all values of the volume and of the function.
     pub(super) fn fit(&mut self, document: &Document) {
-        let range = document.volume().volume.value_range();
+        let range = document.volume().lattice().value_range();
         self.values = Some(function::fit(range, &document.state().function));
     }
 

@@ -16,10 +16,10 @@ struct Window {
 /// The panel on a ball of values 0 to 1, with a function of three points.
 fn harness() -> Harness<'static, Window> {
     let volume = Arc::new(OpenVolume::read("sample:sphere:24").unwrap());
-    let [lo, hi] = volume.volume.value_range();
+    let [lo, hi] = volume.lattice().value_range();
     let point =
         |share: f64, opacity| ControlPoint { value: lo + (hi - lo) * share, color: [share; 3], opacity };
-    let mut state = SceneState::of_volume(&volume.volume);
+    let mut state = SceneState::of_volume(volume.lattice());
     state.function = TransferFunction::new(vec![point(0.1, 0.0), point(0.5, 0.5), point(0.9, 1.0)]).unwrap();
     let document = Document::new(volume, state, Solids::default(), None);
     let window = Window { panel: FunctionPanel::default(), document, commands: Vec::new() };
@@ -45,7 +45,7 @@ fn place(harness: &Harness<'_, Window>, index: usize) -> Pos2 {
     let rect = egui::Rect::from_min_max(rect.min, pos2(rect.right(), rect.bottom() - 18.0)).shrink(6.0);
     let document = &harness.state().document;
     let function = &document.state().function;
-    let values = crate::function::fit(document.volume().volume.value_range(), function);
+    let values = crate::function::fit(document.volume().lattice().value_range(), function);
     let plot = crate::function::Plot { rect, values, opacities: Opacities::Root };
     let point = function.points()[index];
     plot.at(point.value, point.opacity)

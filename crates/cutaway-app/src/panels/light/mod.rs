@@ -96,7 +96,7 @@ fn mode(ui: &mut Ui, document: &mut Document) {
         document.edit("mode", |s| {
             s.settings.mode = mode;
             if mode == Mode::Iso && s.settings.iso.is_empty() {
-                s.settings.iso.push(first_isovalue(&volume.volume));
+                s.settings.iso.push(first_isovalue(volume.lattice()));
             }
         });
         document.settle();
@@ -131,7 +131,7 @@ fn first_isovalue(volume: &cutaway_core::volume::Volume) -> f64 {
 }
 
 fn isovalues(ui: &mut Ui, document: &mut Document) {
-    let [lo, hi] = document.volume().volume.value_range();
+    let [lo, hi] = document.volume().lattice().value_range();
     let mut iso = document.state().settings.iso.clone();
     let mut removed = None;
     let several = iso.len() > 1;

@@ -13,7 +13,7 @@ struct Window {
 
 fn harness() -> Harness<'static, Window> {
     let volume = Arc::new(OpenVolume::read("sample:sphere:24").unwrap());
-    let state = SceneState::of_volume(&volume.volume);
+    let state = SceneState::of_volume(volume.lattice());
     let document = Document::new(volume, state, Solids::default(), None);
     let window = Window { panel: LightPanel::default(), document, commands: Vec::new() };
     let show = |ui: &mut Ui, w: &mut Window| w.panel.show(ui, &mut w.document, &mut w.commands);
@@ -33,7 +33,7 @@ fn choose(harness: &mut Harness<'_, Window>, combo: &str, choice: &str) {
 fn isosurfaces_have_a_value_from_the_start_and_more_can_be_added() {
     let mut harness = harness();
     choose(&mut harness, "Mode", "Isosurfaces");
-    let [lo, hi] = harness.state().document.volume().volume.value_range();
+    let [lo, hi] = harness.state().document.volume().lattice().value_range();
     let settings = |h: &Harness<'_, Window>| h.state().document.state().settings.clone();
     assert_eq!((settings(&harness).mode, settings(&harness).iso.len()), (Mode::Iso, 1));
     assert!((lo..=hi).contains(&settings(&harness).iso[0]));
@@ -56,7 +56,7 @@ fn every_state_of_the_panel_is_a_scene() {
     for mode in ["Isosurfaces", "Maximum", "Minimum", "Mean", "Composite"] {
         choose(&mut harness, "Mode", mode);
         let document = &harness.state().document;
-        document.state().scene(&document.volume().volume, None, [8, 8]).unwrap();
+        document.state().scene(&document.volume().data, None, [8, 8]).unwrap();
     }
     harness.get_by_label("Sampling").click();
     harness.run();
@@ -68,7 +68,7 @@ fn every_state_of_the_panel_is_a_scene() {
     let document = &harness.state().document;
     let settings = &document.state().settings;
     assert!(settings.pre_integration && settings.jitter && settings.gradient == Gradient::Sobel);
-    document.state().scene(&document.volume().volume, None, [8, 8]).unwrap();
+    document.state().scene(&document.volume().data, None, [8, 8]).unwrap();
 }
 
 #[test]

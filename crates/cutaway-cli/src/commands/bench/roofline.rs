@@ -186,7 +186,7 @@ fn frames(effort: &Effort) -> anyhow::Result<Vec<FrameRow>> {
         let scene = format!("{short} {COMMON} --resolution {0},{0}", effort.resolution);
         let args = scene_of_line(&scene)?;
         let prepared = Prepared::new(&args)?;
-        let voxel_type = held_type(prepared.loaded.volume.voxels());
+        let voxel_type = held_type(prepared.loaded.lattice().voxels());
         let ceiling = match known.iter().find(|(t, w, _)| (*t, *w) == (voxel_type, *work)) {
             Some((.., ceiling)) => *ceiling,
             None => {

@@ -9,7 +9,7 @@ use std::time::Instant;
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::histogram::default_for_mode;
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_gpu::{CellOptions, CellRenderer, CellStatistics, Gpu, GpuOptions};
@@ -51,7 +51,7 @@ pub(super) fn unstructured(name: String, effort: Effort) -> anyhow::Result<Secti
             let volume = resampled(&head, effort.size(side))?;
             let mesh = TetrahedralMesh::from_volume(&volume)?;
             let case = format!("head, {side} points a side");
-            cases.push(measure(case, mesh.stand_in(), Some(&mesh), false, effort)?);
+            cases.push(measure(case, mesh.lattice(), Some(&mesh), false, effort)?);
         }
     }
     let measured = "the bundled head as a mesh of tetrahedra, sorted by centroids, unlit, in perspective, a rotating view";
@@ -101,7 +101,8 @@ fn measure(
     }
     let lighting = Lighting { shade: false, ..Lighting::default() };
     let function = default_for_mode(volume, Mode::Composite);
-    let mut scene = Scene::new(volume, &function, None, camera, lighting, settings)?;
+    let mut scene =
+        Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera, settings)?;
     let mut renderer = CellRenderer::new(&Gpu::new(&GpuOptions::default())?, CellOptions::default())?;
     let cells = match mesh {
         Some(mesh) => renderer.prepare_mesh(mesh)?,

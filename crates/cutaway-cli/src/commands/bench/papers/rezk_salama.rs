@@ -9,7 +9,7 @@ use cutaway_core::angiography::{ANGIOGRAPHY_WHITE, angiography};
 use cutaway_core::camera::Camera;
 use cutaway_core::glam::DVec3;
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Engine, RenderSettings, Scene};
+use cutaway_core::scene::{Engine, Layer, RenderSettings, Scene};
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 use cutaway_core::volume::Volume;
 use cutaway_gpu::slices::{PreparedVolume, Statistics};
@@ -99,7 +99,8 @@ fn measure(
     };
     let camera = Camera::framing(&volume.corners_in_world(), DVec3::new(0.3, 0.6, -0.7), DVec3::Z, 1.0, 1.05);
     let lighting = Lighting { shade: look.shaded, ..Lighting::default() };
-    let mut scene = Scene::new(volume, &function, None, camera.clone(), lighting, settings)?;
+    let mut scene =
+        Scene::new(Layer::new(volume.clone(), &function).with_lighting(lighting), camera.clone(), settings)?;
     let classification = renderer.classify(prepared, &scene)?;
     let mut times = Vec::new();
     let (_, mut last) = renderer.render(prepared, &classification, &scene, &|_| {})?;

@@ -15,10 +15,16 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Serialize, Serializer};
 
-use super::{AxisBox, Clip, LARGEST_COORDINATE, Node, Object, ObjectId, Plane, Pose, Solid, Sphere};
+use cutaway_core::clip::{
+    AxisBox, Clip, LARGEST_COORDINATE, Node, Object, ObjectId, Plane, Pose, ShapeError, Solid, Sphere,
+};
 
 /// A clip tree whose objects are still what a file says of them.
-pub type ClipFile = Clip<ClipSource>;
+pub type ClipTree = Clip<ClipSource>;
+
+/// A clip tree as JSON reads and writes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipFile(pub ClipTree);
 
 /// What a scene file says of an object.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,16 +110,17 @@ impl ClipSource {
     }
 }
 
-impl ClipFile {
-    /// The tree with solids in it, numbered from 0 in their order; `load` is asked for those that lie in files.
-    pub fn resolve<E>(&self, load: &mut LoadSolid<'_, E>) -> Result<Clip, E> {
-        let mut next = 0;
-        self.map(&mut |source| {
-            let id = ObjectId(next);
-            next += 1;
-            Ok(Object { id, solid: source.solid(load)? })
-        })
-    }
+/// Returns the tree with solids as leaves, numbered from 0 in their order; `load` makes those that lie in files.
+///
+/// # Errors
+/// The first error of `load`.
+pub fn resolve<E>(tree: &ClipTree, load: &mut LoadSolid<'_, E>) -> Result<Clip, E> {
+    let mut next = 0;
+    tree.map(&mut |source| {
+        let id = ObjectId(next);
+        next += 1;
+        Ok(Object { id, solid: source.solid(load)? })
+    })
 }
 
 #[derive(Serialize, serde::Deserialize, JsonSchema)]
@@ -190,7 +197,7 @@ const EXPECTED: &str = "`\"volume\"`, or an object with one of mesh, patches, sp
                         difference, complement, and a pose if it is moved";
 
 impl Fields {
-    fn into_clip(self) -> Result<ClipFile, String> {
+    fn into_clip(self) -> Result<ClipTree, String> {
         let tolerance = self.tolerance;
         let has = [
             self.mesh.is_some(),
@@ -213,7 +220,7 @@ impl Fields {
         }
         let pose = self.pose.map_or(Ok(Pose::IDENTITY), Pose::from_rows).map_err(|e| e.to_string())?;
         let vector = DVec3::from_array;
-        let shape = |e: super::ShapeError| format!("{}: {e}", found[0]);
+        let shape = |e: ShapeError| format!("{}: {e}", found[0]);
         let node = if let Some(path) = self.mesh {
             Node::Leaf(ClipSource::Mesh { path: path_in_file(path, "mesh")? })
         } else if let Some(path) = self.patches {
@@ -232,12 +239,12 @@ impl Fields {
         } else if let Some(parts) = self.difference {
             Node::Difference(operands(parts, "difference")?)
         } else {
-            Node::Complement(self.complement.unwrap_or_else(|| Box::new(Clip::everything())))
+            Node::Complement(Box::new(self.complement.map_or_else(Clip::everything, |part| part.0)))
         };
         Ok(Clip { pose, node })
     }
 
-    fn from_clip(clip: &ClipFile) -> Self {
+    fn from_clip(clip: &ClipTree) -> Self {
         let pose = (clip.pose != Pose::IDENTITY).then(|| clip.pose.to_rows());
         let mut fields = Self { pose, ..Self::default() };
         match &clip.node {
@@ -257,13 +264,17 @@ impl Fields {
             Node::Leaf(ClipSource::Plane(p)) => {
                 fields.plane = Some(PlaneFields { normal: p.normal().to_array(), distance: p.distance() });
             }
-            Node::Union(parts) => fields.union = Some(parts.clone()),
-            Node::Intersection(parts) => fields.intersection = Some(parts.clone()),
-            Node::Difference(parts) => fields.difference = Some(parts.clone()),
-            Node::Complement(part) => fields.complement = Some(part.clone()),
+            Node::Union(parts) => fields.union = Some(files(parts)),
+            Node::Intersection(parts) => fields.intersection = Some(files(parts)),
+            Node::Difference(parts) => fields.difference = Some(files(parts)),
+            Node::Complement(part) => fields.complement = Some(Box::new(ClipFile((**part).clone()))),
         }
         fields
     }
+}
+
+fn files(parts: &[ClipTree]) -> Vec<ClipFile> {
+    parts.iter().cloned().map(ClipFile).collect()
 }
 
 fn path_in_file(path: String, kind: &str) -> Result<String, String> {
@@ -281,15 +292,18 @@ fn checked_tolerance(tolerance: Option<f64>) -> Result<Option<f64>, String> {
     }
 }
 
-fn operands(parts: Vec<ClipFile>, kind: &str) -> Result<Vec<ClipFile>, String> {
-    if parts.is_empty() { Err(format!("`{kind}` has no operands; give at least one")) } else { Ok(parts) }
+fn operands(parts: Vec<ClipFile>, kind: &str) -> Result<Vec<ClipTree>, String> {
+    if parts.is_empty() {
+        return Err(format!("`{kind}` has no operands; give at least one"));
+    }
+    Ok(parts.into_iter().map(|ClipFile(tree)| tree).collect())
 }
 
 impl Serialize for ClipFile {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self.node {
+        match self.0.node {
             Node::Everything => serializer.serialize_str("volume"),
-            _ => Fields::from_clip(self).serialize(serializer),
+            _ => Fields::from_clip(&self.0).serialize(serializer),
         }
     }
 }
@@ -306,14 +320,14 @@ impl<'de> Deserialize<'de> for ClipFile {
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<ClipFile, E> {
                 if text == "volume" {
-                    return Ok(ClipFile::everything());
+                    return Ok(ClipFile(Clip::everything()));
                 }
                 Err(E::invalid_value(de::Unexpected::Str(text), &self))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ClipFile, A::Error> {
                 let fields: Fields = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
-                fields.into_clip().map_err(de::Error::custom)
+                fields.into_clip().map(ClipFile).map_err(de::Error::custom)
             }
         }
         deserializer.deserialize_any(NodeVisitor)
@@ -340,8 +354,8 @@ impl JsonSchema for ClipFile {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<ClipFile, String> {
-        serde_json::from_str(text).map_err(|e| e.to_string())
+    fn read(text: &str) -> Result<ClipTree, String> {
+        serde_json::from_str::<ClipFile>(text).map(|file| file.0).map_err(|e| e.to_string())
     }
 
     const WHOLE: &str = r#"{"difference":["volume",
@@ -354,9 +368,9 @@ mod tests {
     fn every_node_is_read_and_written_without_loss() {
         let clip = read(WHOLE).unwrap();
         let text: String = WHOLE.split_whitespace().collect();
-        assert_eq!(serde_json::to_string(&clip).unwrap(), text);
+        assert_eq!(serde_json::to_string(&ClipFile(clip.clone())).unwrap(), text);
         assert_eq!(read(r#""volume""#).unwrap(), Clip::everything());
-        assert_eq!(serde_json::to_string(&ClipFile::everything()).unwrap(), r#""volume""#);
+        assert_eq!(serde_json::to_string(&ClipFile(Clip::everything())).unwrap(), r#""volume""#);
     }
 
     #[test]
@@ -364,7 +378,7 @@ mod tests {
         let clip = read(WHOLE).unwrap();
         let mut asked = Vec::new();
         let ball: Arc<dyn Solid> = Arc::new(Sphere::new(DVec3::ZERO, 1.0).unwrap());
-        let resolved = clip.resolve(&mut |external| {
+        let resolved = resolve(&clip, &mut |external| {
             asked.push(format!("{external:?}"));
             Ok::<_, ()>(ball.clone())
         });
@@ -375,7 +389,7 @@ mod tests {
         let mut ids = Vec::new();
         resolved.unwrap().visit_leaves(&mut |object, _| ids.push(object.id.0));
         assert_eq!(ids, [0, 1, 2, 3, 4]);
-        assert_eq!(clip.resolve(&mut |_| Err("no")).unwrap_err(), "no");
+        assert_eq!(resolve(&clip, &mut |_| Err("no")).unwrap_err(), "no");
     }
 
     #[test]

@@ -4,8 +4,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cutaway_core::scene::SceneFile;
 use serde::de::DeserializeOwned;
+
+use super::SceneFile;
 
 /// The largest JSON file that is read: a transfer function of 65536 points takes a tenth of it.
 const MAX_BYTES: u64 = 64 << 20;

@@ -1,0 +1,164 @@
+//! A scene: everything that decides an image.
+//!
+//! [`Scene`] is what renderers take: a volume in memory and settings that have been checked.
+
+mod checks;
+mod choices;
+mod data;
+mod layer;
+mod settings;
+
+use glam::DVec3;
+
+pub(crate) use checks::setting;
+pub use checks::{MAX_RESOLUTION, SceneError};
+pub use choices::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
+pub use data::Data;
+pub use layer::Layer;
+pub use settings::RenderSettings;
+
+use crate::camera::Camera;
+use crate::clip::{Clip, ClipShading, FlatClip, Impregnation, SegmentLimit};
+use crate::lighting::Lighting;
+use crate::space::WorldFrame;
+use crate::transfer_function::TransferFunction;
+use crate::volume::Volume;
+use checks::validate_settings;
+
+/// Layers and how to look at them. Cloning shares the data.
+///
+/// A scene has one layer today.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    layers: Vec<Layer>,
+    camera: Camera,
+    settings: RenderSettings,
+    clip: Option<FlatClip>,
+    clip_shading: ClipShading,
+}
+
+impl Scene {
+    /// Checks every number, so that renderers need not.
+    ///
+    /// # Errors
+    /// The first number outside its range, by the name of its setting.
+    pub fn new(layer: Layer, camera: Camera, settings: RenderSettings) -> Result<Self, SceneError> {
+        layer.validate()?;
+        camera.validate()?;
+        validate_settings(&settings)?;
+        let layers = vec![layer.brightened(settings.brightness)];
+        Ok(Self { layers, camera, settings, clip: None, clip_shading: ClipShading::default() })
+    }
+
+    /// The same scene, clipped: of the volume, what is inside `clip` is shown.
+    pub fn with_clip(mut self, clip: &Clip, shading: ClipShading) -> Result<Self, SceneError> {
+        shading.validate()?;
+        self.clip_shading = shading;
+        self.set_clip(Some(clip))?;
+        Ok(self)
+    }
+
+    /// Another clip, or the same with other poses: costs the number of its nodes, whatever is in them.
+    pub fn set_clip(&mut self, clip: Option<&Clip>) -> Result<(), SceneError> {
+        self.clip = clip.map(FlatClip::new).transpose()?;
+        Ok(())
+    }
+
+    /// What is shown of the volume; none: all of it.
+    pub fn clip(&self) -> Option<&FlatClip> {
+        self.clip.as_ref()
+    }
+
+    /// What clip surfaces look like.
+    pub fn clip_shading(&self) -> &ClipShading {
+        &self.clip_shading
+    }
+
+    /// How many segments a ray has at most.
+    pub fn segment_limit(&self) -> SegmentLimit {
+        SegmentLimit { count: self.settings.segments, backmost: self.settings.backmost }
+    }
+
+    /// How deep below a clip surface its normal lights samples, in world units; none: not at all.
+    pub fn impregnation_depth(&self) -> Option<f64> {
+        let depth = self.clip_shading.thickness * self.volume().spacing().min_element();
+        let used = self.clip_shading.impregnation != Impregnation::None && depth > 0.0;
+        used.then_some(depth)
+    }
+
+    /// The layers: one today.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// The data of the layer.
+    pub fn data(&self) -> &Data {
+        self.layers[0].data()
+    }
+
+    /// The regular grid of the layer's data: see [`Data::lattice`].
+    pub fn volume(&self) -> &Volume {
+        self.data().lattice()
+    }
+
+    /// The transfer function, with brightness applied.
+    pub fn transfer_function(&self) -> &TransferFunction {
+        self.layers[0].transfer_function()
+    }
+
+    /// The length in world units that opacities are for.
+    pub fn unit_distance(&self) -> f64 {
+        self.layers[0].unit_distance()
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Another camera on the same scene.
+    pub fn set_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
+        camera.validate()?;
+        self.camera = camera;
+        Ok(())
+    }
+
+    /// Light and material.
+    pub fn lighting(&self) -> &Lighting {
+        self.layers[0].lighting()
+    }
+
+    /// How the image is made.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// Distance of samples along a ray, in world units.
+    pub fn step_length(&self) -> f64 {
+        self.settings.step * self.volume().spacing().min_element()
+    }
+
+    /// Width and height of the image.
+    pub fn resolution(&self) -> (u32, u32) {
+        (self.settings.resolution[0], self.settings.resolution[1])
+    }
+
+    /// Whether composite samples or surfaces are lit.
+    pub fn is_shaded(&self) -> bool {
+        self.lighting().shade && matches!(self.settings.mode, Mode::Composite | Mode::Iso)
+    }
+}
+/// The unit distance that a scene has unless it says otherwise: the mean voxel spacing, in world units.
+pub fn default_unit_distance(volume: &Volume) -> f64 {
+    volume.spacing().element_sum() / 3.0
+}
+
+/// The view of a volume that nobody asked for another one of: all of it, from the front, a little from the side and
+/// from above. Front is the patient's where the file tells, else the side of small y. `aspect`: width / height.
+pub fn default_camera(volume: &Volume, aspect: f64) -> Camera {
+    let forward = match volume.geometry().frame {
+        WorldFrame::Ras => DVec3::new(0.42, -0.85, -0.25),
+        WorldFrame::Unknown => DVec3::new(0.42, 0.85, -0.3),
+    };
+    Camera::framing(&volume.corners_in_world(), forward, DVec3::Z, aspect, 1.05)
+}
