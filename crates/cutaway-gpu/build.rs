@@ -3,11 +3,31 @@
 #[path = "src/shaders/link.rs"]
 mod link;
 
+use std::path::{Path, PathBuf};
+
 fn main() {
-    let linker = link::linker("src".as_ref());
+    let folder = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("set by cargo")).join("src");
+    let linker = link::linker(&folder);
     for path in link::SHADERS {
-        linker.build_artifact(&link::module(path), &path.replace("::", "_"));
+        let root = link::module(path);
+        let linked = match linker.compile(&root) {
+            Ok(linked) => linked,
+            Err(error) => {
+                eprintln!("the shader `{path}` does not link:\n{error}");
+                std::process::exit(1);
+            }
+        };
+        linked.write_artifact(&path.replace("::", "_"));
+        for module in linked.modules.iter().chain([&root]) {
+            rerun_if_changed(&link::file(&folder, module));
+        }
     }
-    println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=src/shaders/link.rs");
+    rerun_if_changed(Path::new("build.rs"));
+    rerun_if_changed(Path::new("src/shaders/link.rs"));
+}
+
+/// Cargo takes a file that does not exist for one that has changed, and would build again every time.
+fn rerun_if_changed(file: &Path) {
+    assert!(file.exists(), "{} does not exist", file.display());
+    println!("cargo::rerun-if-changed={}", file.display());
 }

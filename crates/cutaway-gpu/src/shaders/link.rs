@@ -1,7 +1,7 @@
 //! Linking: a `.wgsl` file says what it imports of others, and each that is listed here becomes one text with all of it
 //! inside. The build script does this, and nothing else in a build without the feature `watch-shaders`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use wesl::{ManglerKind, ModulePath, StandardResolver, Wesl};
 
@@ -50,4 +50,9 @@ pub(crate) fn linker(folder: &Path) -> Wesl<StandardResolver> {
 /// One of [`SHADERS`], as the linker names it.
 pub(crate) fn module(path: &str) -> ModulePath {
     format!("package::{path}").parse().expect("a path of names")
+}
+
+/// The file of a module.
+pub(crate) fn file(folder: &Path, module: &ModulePath) -> PathBuf {
+    module.components.iter().fold(folder.to_owned(), |path, part| path.join(part)).with_extension("wgsl")
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant, SystemTime};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use wesl::{Diagnostic, ModulePath};
 
-use super::link::{SHADERS, linker, module};
+use super::link::{SHADERS, file, linker, module};
 
 /// Texts by the paths of their shaders.
 type Texts = BTreeMap<&'static str, String>;
@@ -113,11 +113,6 @@ fn link_all(folder: &Path) -> Result<Texts, String> {
         Ok((*path, text))
     };
     SHADERS.iter().map(link).collect()
-}
-
-/// The file of a module.
-fn file(folder: &Path, module: &ModulePath) -> PathBuf {
-    module.components.iter().fold(folder.to_owned(), |path, part| path.join(part)).with_extension("wgsl")
 }
 
 /// `file:line`, from the folder on.
