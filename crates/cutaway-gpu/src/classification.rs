@@ -10,29 +10,11 @@ use cutaway_core::transfer_function::{ClassificationTable, extinction};
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::frame::{GpuPreintegration, IndexMap};
 use crate::notice::Notice;
 use crate::proxy::{Flavour, ProxyGeometry, ProxyOptions, ProxyPipelines};
 use crate::ranges::{BlockLevels, BlockPipelines, Criterion, GpuRanges, Occupancy, RangeMap};
-use crate::raycast::GpuPreintegration;
-use crate::volume::{GpuVolume, Texels, Wanted};
-
-/// From texels to entries of the table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct IndexMap {
-    pub(crate) offset: f32,
-    pub(crate) scale: f32,
-    pub(crate) last: u32,
-}
-
-impl IndexMap {
-    /// In f64 and from the range itself: entries per stored unit alone may be more than f32 holds.
-    fn new(table: &ClassificationTable, stored_range: [f32; 2], texels: &Texels) -> Self {
-        let [lo, hi] = stored_range.map(|stored| texels.texel(f64::from(stored)));
-        let last = table.entries().len() as u32 - 1;
-        let scale = if hi > lo { f64::from(last) / (hi - lo) } else { 0.0 };
-        Self { offset: lo as f32, scale: scale as f32, last }
-    }
-}
+use crate::volume::{GpuVolume, Wanted};
 
 /// Tables and blocks of one scene's transfer function, mode and step.
 #[derive(Debug)]
@@ -129,7 +111,7 @@ impl GpuClassification {
         if let Some(proxy) = kept.as_ref().filter(|proxy| proxy.is(flavour, options)) {
             return Ok(proxy.clone());
         }
-        let proxy = Arc::new(ProxyGeometry::new(gpu, pipelines, self, flavour, options)?);
+        let proxy = Arc::new(ProxyGeometry::new(gpu, pipelines, &self.occupancy, flavour, options)?);
         *kept = Some(proxy.clone());
         Ok(proxy)
     }

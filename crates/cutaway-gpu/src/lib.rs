@@ -19,15 +19,14 @@
 //! what it imports.
 #![forbid(unsafe_code)]
 
-mod bindings;
 pub mod cells;
 mod classification;
 mod clip_layers;
 pub mod context;
 mod error;
+mod frame;
 pub mod geometry;
 mod notice;
-mod progress;
 pub mod proxy;
 mod ranges;
 pub mod raycast;
@@ -40,10 +39,11 @@ pub use classification::GpuClassification;
 pub use clip_layers::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
+pub use frame::{FetchCounts, ShownFrame};
 pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
-pub use raycast::{Extras, FetchCounts, RaycastRenderer, ShownFrame, Statistics};
+pub use raycast::{Extras, RaycastRenderer, Statistics};
 #[cfg(feature = "watch-shaders")]
 pub use shaders::ShaderWatch;
 pub use slices::SliceRenderer;

@@ -2,8 +2,8 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+use crate::frame::FrameUniforms;
 use crate::ranges::{OccupancyTask, RangesTask};
-use crate::raycast::FrameUniforms;
 use crate::shaders::Shader;
 
 /// All linked shaders.
@@ -17,9 +17,9 @@ const SHADERS: &[Shader] = &[
     crate::proxy::RANGE_SHADER,
     crate::geometry::SURFACE_SHADER,
     crate::geometry::BEHIND_SHADER,
-    crate::raycast::FILL_SHADER,
-    crate::raycast::BLUR_SHADER,
-    crate::raycast::DIRECTIONS_SHADER,
+    crate::frame::FILL_SHADER,
+    crate::frame::BLUR_SHADER,
+    crate::frame::DIRECTIONS_SHADER,
     crate::clip_layers::LISTS_SHADER,
     crate::clip_layers::SWEEP_SHADER,
     crate::clip_layers::PEEL_SHADER,
@@ -276,10 +276,10 @@ fn proxy_uniforms_match_the_shaders() {
 
 #[test]
 fn what_passes_are_told_matches_their_shaders() {
-    use crate::raycast::{Blur, Fill, Slab};
-    assert_layout!(module(crate::raycast::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
-    assert_layout!(module(crate::raycast::BLUR_SHADER), "Blur", Blur { along, count, reserved });
-    assert_layout!(module(crate::raycast::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
+    use crate::frame::{Blur, Fill, Slab};
+    assert_layout!(module(crate::frame::FILL_SHADER), "Fill", Fill { spacing, nearest_depths, reserved });
+    assert_layout!(module(crate::frame::BLUR_SHADER), "Blur", Blur { along, count, reserved });
+    assert_layout!(module(crate::frame::DIRECTIONS_SHADER), "Slab", Slab { first, vanishing, reserved });
 }
 
 #[test]

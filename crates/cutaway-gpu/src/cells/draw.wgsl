@@ -8,14 +8,13 @@ import package::cells::record::Record;
 import package::cells::view::{bins_of, clip_position, projected, view};
 import package::shared::face::{Face, face_of, impregnated};
 import package::shared::frame::frame;
-import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::lighting::{SHADED, Terms, UNLIT, lit, terms_of_gradient};
 import package::shared::ray::{Ray, position, ray_of};
 import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
 import package::shared::volume::{gradient_at, voxel};
 
 // 0 a grid under parallel rays, from its basis cell; 1 a grid, from records; 2 a mesh, from records.
 override SOURCE: u32 = 0u;
-override SHADED: bool = true;
 // Clip surfaces are lit.
 override FACES_LIT: bool = true;
 

@@ -9,7 +9,7 @@ use super::tiles::TileBuffers;
 use super::{Drawing, Split, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::progress::Progress;
+use crate::frame::Progress;
 
 /// Cells along an edge of a block, as in `select.wgsl`.
 const EDGE: u32 = 8;

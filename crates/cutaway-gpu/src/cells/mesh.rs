@@ -10,7 +10,7 @@ use super::tiles::TileBuffers;
 use super::{Drawing, indices, view::View};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::progress::Progress;
+use crate::frame::Progress;
 
 /// Threads that sort: few of a software adapter, for each has counters of its own; but some of those end a shader's loops
 /// after 65,535 rounds, and each thread goes through its keys in one.

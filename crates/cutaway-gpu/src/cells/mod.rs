@@ -46,12 +46,12 @@ use crate::classification::GpuClassification;
 use crate::clip_layers::{ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::notice::Notice;
-use crate::progress::Progress;
-use crate::ranges::BlockPipelines;
-use crate::raycast::{
+use crate::frame::Progress;
+use crate::frame::{
     Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read_colors,
 };
+use crate::notice::Notice;
+use crate::ranges::BlockPipelines;
 use crate::shaders::{Shader, shader};
 use grid::{GridBuffers, GridFrame};
 use mesh::{GpuMesh, VisibleCells};

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::{DAffine3, DVec3, DVec4, UVec3};
 
-use crate::raycast::RayPlane;
+use crate::frame::RayPlane;
 
 /// As `View` in `view.wgsl`; a test holds the two against each other.
 #[repr(C)]

@@ -9,7 +9,7 @@ use cutaway_core::glam::{DAffine3, DMat3, DVec3};
 use cutaway_mesh::MeshSolid;
 
 use super::mesh::Frame;
-use crate::raycast::{RayPlane, off_axis};
+use crate::frame::{RayPlane, off_axis};
 
 /// Where a value goes that is the expression's own.
 pub(super) const ROOT: u32 = u32::MAX;

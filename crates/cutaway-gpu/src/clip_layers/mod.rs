@@ -34,7 +34,7 @@ use cutaway_core::scene::Scene;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::{FrameUniforms, RayPlane};
+use crate::frame::{FrameUniforms, RayPlane};
 use crate::shaders::{Shader, shader};
 use buffers::{Counts, ListBuffers, SegmentBuffers};
 use clip::GpuClip;

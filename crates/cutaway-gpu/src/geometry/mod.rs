@@ -11,8 +11,9 @@ use cutaway_mesh::TriangleMesh;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::proxy::{ViewUniforms, clip_from_world};
-use crate::raycast::FrameUniforms;
+use crate::frame::FrameUniforms;
+use crate::frame::clip_from_world;
+use crate::proxy::ViewUniforms;
 use crate::shaders::{Shader, shader};
 
 /// The linked shaders.

@@ -5,9 +5,9 @@ use cutaway_core::glam::UVec3;
 use super::pipelines::ProxyPipelines;
 use super::uniforms::BuildUniforms;
 use super::{Flavour, ProxyOptions};
-use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::ranges::Occupancy;
 
 /// Units along a side at most: coordinates have 10 bits, and the last one is the far side.
 const MOST_UNITS: u32 = 1023;
@@ -119,11 +119,11 @@ impl ProxyGeometry {
     pub(crate) fn new(
         gpu: &Gpu,
         pipelines: &ProxyPipelines,
-        classification: &GpuClassification,
+        occupancy: &Occupancy,
         flavour: Flavour,
         options: &ProxyOptions,
     ) -> Result<Self, GpuError> {
-        let blocks = classification.blocks();
+        let blocks = occupancy.levels();
         let room = gpu.capabilities().max_buffer;
         let grid = ProxyGrid::new(blocks.fine, flavour, options, room);
         let storage = wgpu::BufferUsages::STORAGE;
@@ -159,17 +159,12 @@ impl ProxyGeometry {
                 ),
             }
         })?;
-        made.fill(gpu, pipelines, classification)?;
+        made.fill(gpu, pipelines, occupancy)?;
         Ok(made)
     }
 
     /// Runs the three passes, each slab by slab: quads need the boxes of all slabs.
-    fn fill(
-        &self,
-        gpu: &Gpu,
-        pipelines: &ProxyPipelines,
-        classification: &GpuClassification,
-    ) -> Result<(), GpuError> {
+    fn fill(&self, gpu: &Gpu, pipelines: &ProxyPipelines, occupancy: &Occupancy) -> Result<(), GpuError> {
         let slabs = self.grid.slabs(gpu.adapter().software);
         let [find, add, finish] = pipelines.build();
         let groups = |[x, y, z]: [u32; 3]| [x.div_ceil(4), y.div_ceil(4), z.div_ceil(4)];
@@ -183,14 +178,8 @@ impl ProxyGeometry {
                 let uniforms = self.grid.uniforms(self.flavour, first);
                 let uniforms =
                     gpu.buffer("proxy build", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
-                let buffers = [
-                    &uniforms,
-                    classification.occupied(),
-                    &self.boxes,
-                    &self.quads,
-                    &self.draws,
-                    &self.counts,
-                ];
+                let buffers =
+                    [&uniforms, occupancy.bits(), &self.boxes, &self.quads, &self.draws, &self.counts];
                 let group = pipelines.bind_build(gpu, buffers);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -39,9 +39,9 @@ pub use geometry::ProxyCounts;
 pub(crate) use geometry::ProxyGeometry;
 pub(crate) use pipelines::ProxyPipelines;
 pub(crate) use ranges::{RangeInputs, RangeTargets};
+pub(crate) use uniforms::ViewUniforms;
 #[cfg(test)]
 pub(crate) use uniforms::{BuildUniforms, LimitsUniforms};
-pub(crate) use uniforms::{ViewUniforms, clip_from_world};
 pub(crate) use wireframe::draw as draw_wireframe;
 
 /// The linked shaders.

@@ -5,7 +5,7 @@ use super::pipelines::{DEPTH_FORMAT, ProxyPipelines, RANGE_FORMAT, gathered_form
 use super::uniforms::{Gathering, LimitsUniforms, ViewUniforms};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::{FrameUniforms, tiles};
+use crate::frame::{FrameUniforms, tiles};
 use cutaway_core::scene::Scene;
 
 /// Fragments over one pixel that a tile is made for, counted as steps of a ray.

@@ -2,11 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use cutaway_core::camera::RayGenerator;
-use cutaway_core::glam::{DMat4, DVec3, DVec4};
+use cutaway_core::glam::{DMat4, DVec3};
 use cutaway_core::scene::Scene;
 
 use crate::context::Capabilities;
-use crate::raycast::{off_axis, rays_of};
+use crate::frame::{clip_from_world, rays_of, single};
 
 /// As `Build` in `cells.wgsl`.
 #[repr(C)]
@@ -139,26 +139,6 @@ impl ViewUniforms {
     }
 }
 
-/// To the clip space of an image. `far`: a depth that nothing to be drawn is behind.
-///
-/// Only what is behind the eye is clipped: where depth in clip space is negative, or w.
-pub(crate) fn clip_from_world(scene: &Scene, [width, height]: [u32; 2], far: f64) -> DMat4 {
-    let camera = scene.camera();
-    let rays = rays_of(scene, [width, height]);
-    let plane = rays.plane(1.0);
-    let half = |per_pixel: DVec3, pixels: u32| 0.5 * per_pixel.length() * f64::from(pixels);
-    let (axes, position) = (rays.axes(), DVec3::from_array(camera.position));
-    let row = |axis: DVec3| axis.extend(-axis.dot(position));
-    let x = row(axes.right) / half(plane.per_x, width);
-    let y = row(axes.up) / half(plane.per_y, height);
-    let depth = row(axes.forward) / far;
-    let w = if rays.eye().is_some() { depth } else { DVec4::W };
-    let scale = if rays.eye().is_some() { far } else { 1.0 };
-    let [off_x, off_y] = off_axis(&rays, [width, height]);
-    let rows = [x / scale + w * off_x, y / scale + w * off_y, 0.5 * depth, w];
-    DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
-}
-
 /// The largest ratio of a distance along a ray to the depth that it covers.
 fn slant(rays: &RayGenerator, [width, height]: [u32; 2]) -> f64 {
     let plane = rays.plane(1.0);
@@ -166,8 +146,4 @@ fn slant(rays: &RayGenerator, [width, height]: [u32; 2]) -> f64 {
         Some(eye) => plane.at(0, 0).distance(eye).max(plane.at(width, height).distance(eye)),
         None => 1.0,
     }
-}
-
-fn single(v: DVec3) -> [f32; 3] {
-    v.as_vec3().to_array()
 }

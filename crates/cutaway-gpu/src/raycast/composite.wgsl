@@ -5,11 +5,9 @@ import package::shared::blocks::next_run;
 import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, impregnated};
 import package::shared::frame::frame;
-import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::lighting::{SHADED, Terms, UNLIT, lit, terms_of_gradient};
 import package::shared::ray::{Ray, position};
 import package::shared::volume::{gradient_at, value_at};
-
-override SHADED: bool = true;
 
 // What lies behind takes over from T to T * (1 - alpha); depth is where opacity passes one half.
 fn absorb(pixel: ptr<function, Pixel>, color: vec3f, optical_depth: f32, t: f32, length: f32) {

@@ -7,10 +7,9 @@ import package::shared::blocks::next_run;
 import package::shared::classification::isosurface;
 import package::shared::face::Face;
 import package::shared::frame::frame;
-import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::lighting::{SHADED, Terms, UNLIT, lit, terms_of_gradient};
 import package::shared::ray::{Ray, past, position};
 import package::shared::volume::{Corners, cell_of, corners_of, exact_gradient_at, trilinear};
-import package::raycast::composite::SHADED;
 
 // c.x + s (c.y + s (c.z + s c.w)), s from 0 to 1 along a cell's stretch.
 fn cubic_at(c: vec4f, s: f32) -> f32 {

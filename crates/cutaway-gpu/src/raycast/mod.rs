@@ -3,55 +3,35 @@
 //! Enters: a prepared volume, its classification and a scene. Leaves: an image with depth, and what it took. A frame goes to
 //! the device in tiles small enough that none takes long (100 ms is the aim), so that no driver's watchdog bites.
 
-mod fetches;
-mod finish;
+mod notices;
 mod pipelines;
-mod readback;
-mod sampling;
-mod targets;
-mod uniforms;
 
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::Scene;
 use cutaway_core::volume::Volume;
 
-use crate::bindings::Inputs;
 use crate::classification::GpuClassification;
 use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
+pub use crate::frame::PreparedVolume;
+use crate::frame::{
+    FORMATS, FetchCounts, Finished, Finisher, FrameUniforms, GpuDirections, Inputs, Lattice, Progress, Read,
+    ShownFrame, Targets, cost_of_step, read, tiles,
+};
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
-use crate::notice::Notice;
-use crate::progress::Progress;
 use crate::proxy::{
     Flavour, ProxyCounts, ProxyGeometry, ProxyOptions, ProxyPipelines, RangeInputs, RangeTargets,
     draw_wireframe,
 };
-use crate::ranges::{BlockPipelines, GpuRanges};
-use crate::shaders::{Shader, shader};
-use crate::volume::GpuVolume;
-pub use fetches::FetchCounts;
-pub use finish::ShownFrame;
+use crate::ranges::BlockPipelines;
+pub use notices::notices;
 #[cfg(test)]
-pub(crate) use finish::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
-pub(crate) use finish::{Finished, Finisher, Lattice};
-pub(crate) use pipelines::diffuse_curve;
+pub(crate) use pipelines::SHADER;
 use pipelines::{Pipelines, Variant};
-pub(crate) use readback::{read, read_colors};
-use sampling::SamplingVariant;
-pub(crate) use sampling::cost_of_step;
-pub use sampling::notices;
-#[cfg(test)]
-pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
-pub(crate) use sampling::{GpuDirections, GpuPreintegration, SamplingBindings, SamplingInputs};
-pub(crate) use targets::{FORMATS, SAMPLES_AT_ONCE, Targets, tiles};
-pub(crate) use uniforms::{FrameUniforms, RayPlane, off_axis, rays_of};
-
-/// The linked shader.
-pub(crate) const SHADER: Shader = shader!(raycast::raycast);
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,55 +81,17 @@ pub struct Extras<'a> {
     pub cancel: Option<&'a AtomicBool>,
 }
 
+/// A frame that came back.
+struct Frame {
+    image: Image,
+    statistics: Statistics,
+    fetches: FetchCounts,
+}
+
 /// What a frame took before it is read or shown.
 struct Drawn {
     gpu_bytes: u64,
     clip: ClipStatistics,
-}
-
-/// A volume made ready: on the device, and what is in its blocks.
-#[derive(Debug)]
-pub struct PreparedVolume {
-    voxels: GpuVolume,
-    ranges: GpuRanges,
-    /// Made when a scene first asks for them.
-    directions: OnceLock<GpuDirections>,
-}
-
-impl PreparedVolume {
-    /// Uploads a volume, and finds the ranges of its blocks.
-    pub(crate) fn new(gpu: &Gpu, blocks: &BlockPipelines, volume: &Volume) -> Result<Self, GpuError> {
-        let voxels = GpuVolume::new(gpu, volume)?;
-        let ranges = blocks.ranges(gpu, &voxels, volume)?;
-        Ok(Self { voxels, ranges, directions: OnceLock::new() })
-    }
-
-    /// What its blocks hold.
-    pub(crate) fn ranges(&self) -> &GpuRanges {
-        &self.ranges
-    }
-
-    /// Directions of its gradient, where a scene wants them.
-    pub(crate) fn directions(&self, gpu: &Gpu, scene: &Scene) -> Result<Option<&GpuDirections>, GpuError> {
-        if !SamplingVariant::of(scene).wants_directions() {
-            return Ok(None);
-        }
-        if let Some(made) = self.directions.get() {
-            return Ok(Some(made));
-        }
-        let made = GpuDirections::new(gpu, scene.volume(), &self.voxels)?;
-        Ok(Some(self.directions.get_or_init(|| made)))
-    }
-
-    /// The voxels on the device.
-    pub fn voxels(&self) -> &GpuVolume {
-        &self.voxels
-    }
-
-    /// What was substituted so that it fits; of a volume in bricks, for the last scene that was classified.
-    pub fn notices(&self) -> Vec<Notice> {
-        self.voxels.notices()
-    }
 }
 
 impl RaycastRenderer {
@@ -197,7 +139,7 @@ impl RaycastRenderer {
 
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
-        GpuClassification::new(&self.gpu, &self.blocks, &volume.ranges, &volume.voxels, scene)
+        GpuClassification::new(&self.gpu, &self.blocks, volume.ranges(), volume.voxels(), scene)
     }
 
     /// How far the meshes of clips are peeled, where a scene's `clip_events` say so.
@@ -268,14 +210,19 @@ impl RaycastRenderer {
         scene: &Scene,
         extras: &Extras,
         progress: &dyn Fn(f32),
-    ) -> Result<readback::Read, GpuError> {
+    ) -> Result<Frame, GpuError> {
         self.drawn(volume, classification, scene, extras, progress, |finished, drawn| {
-            let mut read = readback::read(&self.gpu, &finished.textures)?;
-            read.statistics.gpu_bytes = drawn.gpu_bytes;
-            read.statistics.clip = drawn.clip;
-            read.statistics.gpu_ms =
-                self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
-            Ok(read)
+            let Read { image, taken, fetches } = read(&self.gpu, &finished.textures)?;
+            let statistics = Statistics {
+                rays: taken.rays,
+                samples: taken.samples,
+                segments: taken.runs,
+                gpu_bytes: drawn.gpu_bytes,
+                skipped_fraction: taken.skipped_fraction,
+                clip: drawn.clip,
+                gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
+            };
+            Ok(Frame { image, statistics, fetches })
         })
     }
 
@@ -289,14 +236,14 @@ impl RaycastRenderer {
         progress: &dyn Fn(f32),
         take: impl FnOnce(&Finished, &Drawn) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
-        debug_assert!(volume.voxels.is_of(scene));
+        debug_assert!(volume.voxels().is_of(scene));
         let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let targets = match kept.take() {
             Some(targets) if targets.size() == resolution => targets,
             _ => Targets::new(&self.gpu, resolution)?,
         };
-        let frame = FrameUniforms::new(scene, &volume.voxels, classification, resolution);
+        let frame = FrameUniforms::new(scene, volume.voxels(), classification, resolution);
         if let Some(geometry) = extras.geometry.filter(|geometry| geometry.size() != resolution) {
             return Err(GpuError::GeometrySize { expected: resolution, found: geometry.size() });
         }
@@ -313,9 +260,9 @@ impl RaycastRenderer {
         let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
         let directions = volume.directions(&self.gpu, scene)?;
         let inputs = Inputs {
-            volume: &volume.voxels,
+            volume: volume.voxels(),
             classification,
-            blocks: &volume.ranges,
+            blocks: volume.ranges(),
             range,
             directions,
             segments,
@@ -323,8 +270,8 @@ impl RaycastRenderer {
         self.draw(&inputs, scene, &frame, &targets, &Progress::new(progress, extras.cancel))?;
         self.draw_extras(&found, extras, &targets)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
-        let gpu_bytes = volume.voxels.bytes()
-            + volume.ranges.bytes()
+        let gpu_bytes = volume.voxels().bytes()
+            + volume.ranges().bytes()
             + classification.bytes()
             + targets.bytes()
             + finished.bytes
@@ -346,7 +293,7 @@ impl RaycastRenderer {
         scene: &Scene,
         parts: &[OpaquePart],
     ) -> Result<OpaqueGeometry, GpuError> {
-        let frame = FrameUniforms::new(scene, &volume.voxels, classification, scene.settings().resolution);
+        let frame = FrameUniforms::new(scene, volume.voxels(), classification, scene.settings().resolution);
         self.geometry.draw(&self.gpu, scene, &frame, parts)
     }
 

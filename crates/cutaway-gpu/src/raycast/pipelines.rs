@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 
-use super::SHADER;
-use super::sampling::SamplingVariant;
-use super::targets::FORMATS;
-use crate::bindings::{Inputs, SceneBindings};
 use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
+use crate::frame::{FORMATS, Inputs, SamplingVariant, SceneBindings, diffuse_curve};
+use crate::shaders::{Shader, shader};
+
+/// The linked shader.
+pub(crate) const SHADER: Shader = shader!(raycast::raycast);
 
 /// What is decided when a shader is compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,17 +74,6 @@ impl Variant {
         ];
         constants.extend(self.sampling.constants());
         constants
-    }
-}
-
-/// `DIFFUSE_CURVE` of `shared/lighting.wgsl`.
-pub(crate) fn diffuse_curve(scene: &Scene) -> u32 {
-    match scene.lighting().diffuse_curve {
-        // Without light it does not matter: one pipeline for all. Clip surfaces are lit in every mode.
-        _ if !scene.lighting().shade => 1,
-        DiffuseCurve::Clamped => 0,
-        DiffuseCurve::TwoSided => 1,
-        DiffuseCurve::Wrapped => 2,
     }
 }
 

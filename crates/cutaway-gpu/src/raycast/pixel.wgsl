@@ -1,5 +1,7 @@
 // What a ray has gathered.
 
+import package::shared::ray::NO_DEPTH;
+
 struct Pixel {
     // Premultiplied.
     color: vec3f,
@@ -13,8 +15,6 @@ struct Pixel {
     steps: u32,
     taken: u32,
 }
-
-const NO_DEPTH = 1e30;
 
 const NOTHING = Pixel(vec3f(0.0), 1.0, NO_DEPTH, 0u, 0u, 0u, 0u);
 

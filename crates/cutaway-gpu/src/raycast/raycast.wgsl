@@ -3,15 +3,15 @@
 
 import package::raycast::composite::composite;
 import package::raycast::isosurface::isosurfaces;
-import package::raycast::pixel::{NO_DEPTH, NOTHING, Pixel, add_surface, packed_counts};
-import package::raycast::sampling::refined::{STEPPING, composite_refined};
-import package::raycast::sampling::steps::{set_jitter, steps_of};
+import package::raycast::pixel::{NOTHING, Pixel, add_surface, packed_counts};
 import package::raycast::projection::{NOTHING_PROJECTED, Projected, finish_projection, project};
+import package::raycast::refined::{STEPPING, composite_refined};
+import package::raycast::steps::{set_jitter, steps_of};
 import package::shared::blocks::visible_range;
 import package::shared::face::{Face, face_of};
 import package::shared::frame::frame;
 import package::shared::lighting::{UNLIT, lit};
-import package::shared::ray::{Ray, box_range, ray_of};
+import package::shared::ray::{NO_DEPTH, Ray, box_range, ray_of};
 import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
 
 // 0 composite, 1 isosurfaces, 2 maximum, 3 minimum, 4 mean.

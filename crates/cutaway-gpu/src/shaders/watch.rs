@@ -260,7 +260,7 @@ mod tests {
         assert_eq!(lines(&texts[raycast.path]), lines(raycast.linked));
     }
 
-    const BLUR: &str = "raycast/finish/blur.wgsl";
+    const BLUR: &str = "frame/finish/blur.wgsl";
 
     #[test]
     fn a_changed_file_changes_its_shader_and_no_other() {
@@ -272,9 +272,9 @@ mod tests {
         edit(folder.path(), BLUR, "* weights[0]", "* weights[0] * 0.4375");
         let changed = watch.look().unwrap().expect("a file was written");
         for (path, text) in &changed {
-            assert_eq!(lines(text) != lines(&built[path]), *path == "raycast::finish::blur", "{path}");
+            assert_eq!(lines(text) != lines(&built[path]), *path == "frame::finish::blur", "{path}");
         }
-        assert!(changed["raycast::finish::blur"].contains("0.4375"));
+        assert!(changed["frame::finish::blur"].contains("0.4375"));
         assert_eq!(watch.look(), Ok(None));
     }
 

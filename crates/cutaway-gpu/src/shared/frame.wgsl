@@ -1,4 +1,4 @@
-// What all rays of a frame share. The host's side is `FrameUniforms` in raycast/uniforms.rs; a test holds the two against
+// What all rays of a frame share. The host's side is `FrameUniforms` in frame/uniforms.rs; a test holds the two against
 // each other. A value that is an affine function of the pixel is `first + x * per_x + y * per_y`.
 
 struct Frame {

@@ -2,6 +2,8 @@
 
 import package::shared::frame::frame;
 
+// Samples of the volume are lit.
+override SHADED: bool = true;
 // 0 clamped, 1 two-sided, 2 wrapped.
 override DIFFUSE_CURVE: u32 = 1u;
 

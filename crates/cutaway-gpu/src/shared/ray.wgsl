@@ -3,6 +3,9 @@
 
 import package::shared::frame::frame;
 
+// The depth of a pixel in which nothing is. The host has it in frame/targets.rs.
+const NO_DEPTH = 1e30;
+
 struct Ray {
     // In voxel space, at t = 0.
     point: vec3f,

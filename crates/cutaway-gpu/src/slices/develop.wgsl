@@ -1,11 +1,10 @@
 // From what slices were blended into to the image: a fragment a pixel.
 
-import package::raycast::pixel::NO_DEPTH;
 import package::shared::classification::classified;
 import package::shared::face::face_of;
 import package::shared::frame::frame;
 import package::shared::lighting::lit;
-import package::shared::ray::{box_range, ray_of};
+import package::shared::ray::{NO_DEPTH, box_range, ray_of};
 import package::shared::segments::{CLIPPED, segment, segment_count};
 import package::slices::frame::slices;
 

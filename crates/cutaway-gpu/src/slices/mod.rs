@@ -35,18 +35,18 @@ use cutaway_core::transfer_function::ClassificationTable;
 use cutaway_core::value_ranges::{BLOCK, ValueRanges};
 use cutaway_core::volume::Volume;
 
-use crate::bindings::Inputs;
 use crate::classification::{GpuClassification, visible};
 use crate::clip_layers::{ClipLayers, ClipStatistics};
 use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
-use crate::notice::Notice;
-use crate::progress::Progress;
-use crate::ranges::BlockPipelines;
-use crate::raycast::{
+use crate::frame::Inputs;
+use crate::frame::Progress;
+use crate::frame::{
     self, Finished, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, ShownFrame, Targets,
     cost_of_step,
 };
+use crate::notice::Notice;
+use crate::ranges::BlockPipelines;
 use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 use octree::{Brick, Octree};
@@ -103,7 +103,7 @@ pub struct SliceRenderer {
 /// A volume made ready: on the device, and what is in its blocks.
 #[derive(Debug)]
 pub struct PreparedVolume {
-    on_device: raycast::PreparedVolume,
+    on_device: frame::PreparedVolume,
     /// Known to the host, which decides what is drawn; none where the volume has them.
     ranges: Option<ValueRanges>,
 }
@@ -192,7 +192,7 @@ impl SliceRenderer {
 
     /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
     pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
-        let on_device = raycast::PreparedVolume::new(&self.gpu, &self.blocks, volume)?;
+        let on_device = frame::PreparedVolume::new(&self.gpu, &self.blocks, volume)?;
         let ranges = on_device.voxels().host_ranges().is_none().then(|| ValueRanges::new(volume));
         Ok(PreparedVolume { on_device, ranges })
     }
@@ -231,9 +231,9 @@ impl SliceRenderer {
     ) -> Result<(Image, Statistics), GpuError> {
         let progress = Progress::new(progress, cancel);
         self.drawn(volume, classification, scene, &progress, |finished, drawn| {
-            let read = raycast::read(&self.gpu, &finished.textures)?;
+            let read = frame::read(&self.gpu, &finished.textures)?;
             let gpu_ms = self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
-            let statistics = Statistics { rays: read.statistics.rays, gpu_ms, ..drawn };
+            let statistics = Statistics { rays: read.taken.rays, gpu_ms, ..drawn };
             Ok((without_false_depths(read.image, scene), statistics))
         })
     }

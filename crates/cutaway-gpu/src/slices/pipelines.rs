@@ -7,10 +7,10 @@ use cutaway_core::scene::{Gradient, Mode, Scene};
 
 use super::targets::{Blended, Blending, SliceTargets};
 use super::{DEVELOP_SHADER, SHADER};
-use crate::bindings::SceneBindings;
 use crate::context::{Filtering, Gpu};
 use crate::error::GpuError;
-use crate::raycast::{FORMATS, diffuse_curve};
+use crate::frame::SceneBindings;
+use crate::frame::{FORMATS, diffuse_curve};
 use crate::volume::GpuVolume;
 
 /// What is decided when a shader is compiled.

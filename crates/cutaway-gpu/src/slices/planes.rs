@@ -12,8 +12,8 @@ use cutaway_core::scene::Scene;
 use super::intersection::sequence;
 use super::octree::{Brick, Viewpoint};
 use crate::error::GpuError;
-use crate::proxy::clip_from_world;
-use crate::raycast::RayPlane;
+use crate::frame::RayPlane;
+use crate::frame::clip_from_world;
 
 /// As `SliceFrame` in `frame.wgsl`; a test holds the two against each other.
 #[repr(C)]

@@ -6,15 +6,13 @@
 // belongs to the brick that its middle is in; every brick finds the same pieces, so that none is drawn twice or missed, and
 // bricks do not show.
 
-import package::raycast::composite::SHADED;
-import package::raycast::pixel::NO_DEPTH;
-import package::raycast::sampling::gradient::light_gradient;
-import package::raycast::sampling::preintegration::{End, coordinate_of, opacity_of_share, visible_between, whole_step};
+import package::frame::sampling::gradient::light_gradient;
+import package::frame::sampling::preintegration::{End, coordinate_of, opacity_of_share, visible_between, whole_step};
 import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, face_of, impregnated};
 import package::shared::frame::frame;
-import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
-import package::shared::ray::{Ray, box_range, position, ray_of};
+import package::shared::lighting::{SHADED, Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::ray::{NO_DEPTH, Ray, box_range, position, ray_of};
 import package::shared::segments::{CLIPPED, segment, segment_count};
 import package::shared::volume::value_at;
 import package::slices::frame::{Brick, slices};

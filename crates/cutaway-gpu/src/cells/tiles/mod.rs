@@ -19,7 +19,7 @@ use super::Drawing;
 use super::pipelines::{bind, bind_buffers, pass};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::progress::Progress;
+use crate::frame::Progress;
 use crate::ranges::read_words;
 
 /// Pixels along a side of a tile, as `TILE` in `record.wgsl`.

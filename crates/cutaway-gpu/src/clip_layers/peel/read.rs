@@ -10,7 +10,7 @@ use super::Peeler;
 use super::textures::Textures;
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::RayPlane;
+use crate::frame::RayPlane;
 
 /// One layer of a mesh: a crossing a pixel, row by row.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,8 @@
 
 use cutaway_core::blue_noise;
 
-use super::{GpuDirections, GpuPreintegration};
+use super::directions::GpuDirections;
+use super::tables::GpuPreintegration;
 use crate::context::Gpu;
 
 /// The layout of the group, and what is bound where a scene needs nothing.

@@ -3,9 +3,9 @@
 use cutaway_core::preintegration::Preintegration;
 use cutaway_core::scene::{Mode, Scene};
 
-use crate::classification::IndexMap;
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::frame::index_map::IndexMap;
 use crate::volume::GpuVolume;
 
 /// [`Preintegration`] on the device, for texels instead of stored numbers.

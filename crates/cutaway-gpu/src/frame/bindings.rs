@@ -1,10 +1,11 @@
 //! What a scene's frame is bound to, whichever engine draws it: bind groups 0 to 2, which the shaders in `shared/` and those
 //! of sampling read.
 
+use super::sampling::{GpuDirections, SamplingBindings, SamplingInputs};
+use super::uniforms::FrameUniforms;
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::ranges::GpuRanges;
-use crate::raycast::{FrameUniforms, GpuDirections, SamplingBindings, SamplingInputs};
 use crate::volume::{GpuVolume, Resident};
 
 /// What a frame is drawn from.

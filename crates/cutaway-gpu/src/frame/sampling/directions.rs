@@ -11,7 +11,7 @@ use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 
 /// The linked shader.
-pub(crate) const DIRECTIONS_SHADER: Shader = shader!(raycast::sampling::directions);
+pub(crate) const DIRECTIONS_SHADER: Shader = shader!(frame::sampling::directions);
 
 /// A byte a component, of which the fourth is unused: the smallest format that every device can write and filter.
 pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Snorm;

@@ -7,61 +7,17 @@
 
 mod passes;
 
-use bytemuck::{Pod, Zeroable};
 use cutaway_core::image::blur::gaussian_weights;
-use cutaway_core::scene::{ImageInterpolation, Mode, Scene};
+use cutaway_core::scene::{Mode, Scene};
 
+use super::lattice::Lattice;
 use super::targets::Targets;
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::shaders::{Shader, shader};
+#[cfg(test)]
+pub(crate) use passes::{BLUR_SHADER, FILL_SHADER};
+pub(crate) use passes::{Blur, Fill};
 use passes::{Passes, SHOWN, texture};
-
-/// The linked shaders.
-pub(crate) const FILL_SHADER: Shader = shader!(raycast::finish::fill);
-pub(crate) const BLUR_SHADER: Shader = shader!(raycast::finish::blur);
-
-/// `Fill` in `fill.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Fill {
-    pub(crate) spacing: u32,
-    pub(crate) nearest_depths: u32,
-    pub(crate) reserved: [u32; 2],
-}
-
-/// `Blur` in `blur.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Blur {
-    pub(crate) along: [i32; 2],
-    pub(crate) count: u32,
-    pub(crate) reserved: u32,
-}
-
-/// The pixels that are cast: lattice pixel `(i, j)` is pixel `(i, j) * spacing` of the image. A lattice reaches beyond the
-/// image's right and lower border, so that every pixel lies in a cell with four corners.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Lattice {
-    /// Pixels from one cast pixel to the next.
-    pub(crate) spacing: u32,
-    /// Cast pixels along x and y.
-    pub(crate) size: [u32; 2],
-}
-
-impl Lattice {
-    pub(crate) fn of(scene: &Scene) -> Self {
-        let settings = scene.settings();
-        match settings.image_interpolation {
-            ImageInterpolation::Factor(spacing) => {
-                Self { spacing, size: settings.resolution.map(|side| (side - 1) / spacing + 2) }
-            }
-            ImageInterpolation::Off | ImageInterpolation::Adaptive => {
-                Self { spacing: 1, size: settings.resolution }
-            }
-        }
-    }
-}
 
 /// The pipelines.
 #[derive(Debug)]

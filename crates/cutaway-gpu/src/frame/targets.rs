@@ -7,6 +7,9 @@ use crate::error::GpuError;
 pub(crate) const FORMATS: [wgpu::TextureFormat; 3] =
     [wgpu::TextureFormat::Rgba32Float, wgpu::TextureFormat::R32Float, wgpu::TextureFormat::Rg32Uint];
 
+/// Depths from here on mean that nothing is there: `NO_DEPTH` in `shared/ray.wgsl`.
+pub(crate) const NO_DEPTH: f32 = 1e30;
+
 /// The textures that a frame of one size is drawn into.
 #[derive(Debug)]
 pub(crate) struct Targets {

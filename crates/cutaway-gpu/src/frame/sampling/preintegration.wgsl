@@ -1,8 +1,7 @@
 // Look-ups of pre-integrated steps; see `cutaway_core::preintegration` for the tables and for how they are read.
 
 import package::shared::frame::frame;
-import package::shared::lighting::Terms;
-import package::raycast::composite::SHADED;
+import package::shared::lighting::{SHADED, Terms};
 
 // Coordinate among the nodes at a bin's start, and its growth over the bin.
 @group(2) @binding(0) var<storage, read> bins: array<vec2f>;

@@ -1,10 +1,33 @@
 //! The passes over finished pixels: pipelines, and drawing with them tile by tile.
 
-use super::{BLUR_SHADER, Blur, FILL_SHADER, Fill};
+use bytemuck::{Pod, Zeroable};
+
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::raycast::targets::tiles;
-use crate::shaders::Shader;
+use crate::frame::targets::tiles;
+use crate::shaders::{Shader, shader};
+
+/// The linked shaders.
+pub(crate) const FILL_SHADER: Shader = shader!(frame::finish::fill);
+pub(crate) const BLUR_SHADER: Shader = shader!(frame::finish::blur);
+
+/// `Fill` in `fill.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Fill {
+    pub(crate) spacing: u32,
+    pub(crate) nearest_depths: u32,
+    pub(crate) reserved: [u32; 2],
+}
+
+/// `Blur` in `blur.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Blur {
+    pub(crate) along: [i32; 2],
+    pub(crate) count: u32,
+    pub(crate) reserved: u32,
+}
 
 /// A pipeline a pass.
 #[derive(Debug)]

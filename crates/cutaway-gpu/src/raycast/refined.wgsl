@@ -1,16 +1,16 @@
 // Emission and absorption by steps that are more than the value in their middle: pre-integrated, cut finer where they must
 // be, jittered, on planes of voxels, or lit by another gradient. Apart from the plain kernel, which they would slow down.
 
-import package::raycast::composite::{SHADED, absorb};
+import package::frame::sampling::gradient::{gradient_samples, light_gradient};
+import package::frame::sampling::preintegration::{End, coordinate_of, opacity_of_share, visible_between, whole_step};
+import package::raycast::composite::absorb;
 import package::raycast::pixel::Pixel;
-import package::raycast::sampling::gradient::{gradient_samples, light_gradient};
-import package::raycast::sampling::preintegration::{End, coordinate_of, opacity_of_share, visible_between, whole_step};
-import package::raycast::sampling::steps::{Step, Steps, step_at, step_of, steps_before, steps_of};
+import package::raycast::steps::{Step, Steps, step_at, step_of, steps_before, steps_of};
 import package::shared::blocks::next_run;
 import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, impregnated};
 import package::shared::frame::frame;
-import package::shared::lighting::{Terms, UNLIT, lit, terms_of_gradient};
+import package::shared::lighting::{SHADED, Terms, UNLIT, lit, terms_of_gradient};
 import package::shared::ray::{Ray, position};
 import package::shared::volume::value_at;
 

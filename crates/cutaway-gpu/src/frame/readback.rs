@@ -2,20 +2,32 @@
 
 use cutaway_core::image::Image;
 
-use super::{FetchCounts, Statistics};
+use super::fetches::FetchCounts;
+use super::targets::NO_DEPTH;
 use crate::context::Gpu;
 use crate::error::GpuError;
 
 /// What came back.
 pub(crate) struct Read {
     pub(crate) image: Image,
-    pub(crate) statistics: Statistics,
+    /// What its rays took.
+    pub(crate) taken: Taken,
     /// Texture fetches of every ray.
     pub(crate) fetches: FetchCounts,
 }
 
-/// Depths from here on mean that nothing is there; see `NO_DEPTH` in the shader.
-const NO_DEPTH: f32 = 1e30;
+/// What all rays of a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Taken {
+    /// Rays that met something.
+    pub(crate) rays: u64,
+    /// Values of the field.
+    pub(crate) samples: u64,
+    /// Stretches of occupied blocks.
+    pub(crate) runs: u64,
+    /// The share of steps at which the field was not looked at, 0..=1.
+    pub(crate) skipped_fraction: f64,
+}
 
 /// Copies a frame (colours, depths, and counts, which may be of fewer pixels) to the host and waits for it.
 pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> Result<Read, GpuError> {
@@ -28,10 +40,10 @@ pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> 
         *depth = f32::INFINITY;
     }
     let counts: Vec<PixelCounts> = counts.texels()?.iter().map(PixelCounts::unpacked).collect();
-    let statistics = sum(&counts);
+    let taken = sum(&counts);
     let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
     let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
-    Ok(Read { image: image.expect(CHECKED), statistics, fetches })
+    Ok(Read { image: image.expect(CHECKED), taken, fetches })
 }
 
 /// Copies colours alone to the host and waits for them.
@@ -73,18 +85,18 @@ impl PixelCounts {
     }
 }
 
-fn sum(counts: &[PixelCounts]) -> Statistics {
-    let mut statistics = Statistics::default();
+fn sum(counts: &[PixelCounts]) -> Taken {
+    let mut sum = Taken::default();
     let (mut steps, mut taken) = (0.0, 0.0);
     for c in counts {
-        statistics.rays += u64::from(c.samples > 0);
-        statistics.samples += u64::from(c.samples);
-        statistics.segments += u64::from(c.runs);
+        sum.rays += u64::from(c.samples > 0);
+        sum.samples += u64::from(c.samples);
+        sum.runs += u64::from(c.runs);
         steps += c.steps;
         taken += c.taken;
     }
-    statistics.skipped_fraction = if steps > 0.0 { (1.0 - taken / steps).max(0.0) } else { 0.0 };
-    statistics
+    sum.skipped_fraction = if steps > 0.0 { (1.0 - taken / steps).max(0.0) } else { 0.0 };
+    sum
 }
 
 /// A texture on its way to the host.
@@ -138,9 +150,9 @@ mod tests {
     fn counts_come_out_of_their_words() {
         let counts = PixelCounts::unpacked(&[700 | 5 << 22, 80 | 819 << 20]);
         assert_eq!(counts, PixelCounts { samples: 700, runs: 5, steps: 80.0, taken: 16.0 });
-        let statistics = sum(&[counts, PixelCounts::unpacked(&[0, 0])]);
-        assert_eq!((statistics.rays, statistics.samples, statistics.segments), (1, 700, 5));
-        assert!((statistics.skipped_fraction - 0.8).abs() < 1e-12);
+        let taken = sum(&[counts, PixelCounts::unpacked(&[0, 0])]);
+        assert_eq!((taken.rays, taken.samples, taken.runs), (1, 700, 5));
+        assert!((taken.skipped_fraction - 0.8).abs() < 1e-12);
         assert_eq!(sum(&[]).skipped_fraction, 0.0);
     }
 }

@@ -1,6 +1,8 @@
 // From a lattice of cast pixels to the image: colours bilinear; depths too, where all four are there and the mode's depths
 // are continuous, else the nearest one, for no surface is half-way between two. As the CPU engine's lattices.
 
+import package::shared::ray::NO_DEPTH;
+
 struct Fill {
     // Pixels from one lattice pixel to the next.
     spacing: u32,
@@ -12,8 +14,6 @@ struct Fill {
 @group(0) @binding(0) var<uniform> fill: Fill;
 @group(0) @binding(1) var lattice_colors: texture_2d<f32>;
 @group(0) @binding(2) var lattice_depths: texture_2d<f32>;
-
-const NO_DEPTH = 1e30;
 
 struct Filled {
     @location(0) color: vec4f,

@@ -1,28 +1,6 @@
-//! How rays are sampled (Termeer 4.2.2 to 4.2.6): what goes beyond steps of one length, each the value in its middle.
-//!
-//! Enters: a scene's settings. Leaves: the shader's variant, and what only that is bound to (bind group 2): the tables of
-//! pre-integrated steps, a tile of blue noise, and directions of the gradient. Whatever a scene does not ask for is a
-//! placeholder of a few bytes.
-//!
-//! | setting | shader | as the CPU engine |
-//! |---|---|---|
-//! | pre-integration | `preintegration.wgsl`: the line through a step's Gauss points, looked up by its ends | yes |
-//! | jitter | `steps.wgsl`: the second step of each segment has a share of its length that is each pixel's own | it has none |
-//! | adaptive steps | `refined.wgsl`: a step that differs from its neighbours is cut into four | yes |
-//! | sampling on planes | `steps.wgsl` | yes; there a packet's rays share an axis |
-//! | gradients | `gradient.wgsl`; precomputed ones in 8 bits a component, filtered by the adapter | yes; there in 10 bits |
+//! What a scene's settings decide of sampling before a shader is compiled.
 
-mod bindings;
-mod directions;
-mod tables;
-
-use cutaway_core::scene::{Gradient, ImageInterpolation, Mode, RenderSettings, Sampling, Scene};
-
-pub(crate) use bindings::{SamplingBindings, SamplingInputs};
-pub(crate) use directions::GpuDirections;
-#[cfg(test)]
-pub(crate) use directions::{DIRECTIONS_SHADER, Slab};
-pub(crate) use tables::GpuPreintegration;
+use cutaway_core::scene::{Gradient, Mode, Sampling, Scene};
 
 /// Which kernel adds up the steps of composite mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -102,27 +80,4 @@ pub(crate) fn cost_of_step(scene: &Scene) -> f64 {
         Stepping::Preintegrated => 3.0,
     };
     steps * if variant.gradient == Gradient::Sobel { 4.0 } else { 1.0 }
-}
-
-/// What of these settings the ray caster does without, in words for whoever asked for it.
-pub fn notices(settings: &RenderSettings) -> Vec<String> {
-    let composite = settings.mode == Mode::Composite;
-    let refined = settings.jitter
-        || settings.pre_integration
-        || settings.adaptive_threshold.is_some()
-        || settings.sampling != Sampling::default()
-        || settings.gradient != Gradient::default();
-    let on_planes = settings.sampling == Sampling::Object;
-    let all = [
-        (
-            settings.image_interpolation == ImageInterpolation::Adaptive,
-            "adaptive image interpolation is of the cpu engine; the gpu casts every pixel (a factor, 2 to 16, works)",
-        ),
-        (composite && settings.jitter && on_planes, "steps on planes of voxels are not jittered"),
-        (
-            !composite && refined,
-            "jitter, pre-integration, adaptive steps, object-aligned sampling and kinds of gradient are of composite mode",
-        ),
-    ];
-    all.into_iter().filter(|(is, _)| *is).map(|(_, notice)| notice.to_owned()).collect()
 }
