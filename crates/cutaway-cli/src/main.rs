@@ -8,6 +8,7 @@ mod clip;
 mod commands;
 mod environment;
 mod load;
+mod options;
 mod outputs;
 mod report;
 mod scene;

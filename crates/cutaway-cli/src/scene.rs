@@ -8,9 +8,7 @@ use cutaway_core::clip::ClipShading;
 use cutaway_core::colormaps::ColormapError;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
-use cutaway_core::scene::{
-    Engine, Layer, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, default_camera,
-};
+use cutaway_core::scene::{Layer, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, default_camera};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
 use cutaway_io::limits::Limits;
@@ -52,9 +50,6 @@ impl Prepared {
         self.loaded.report(verbosity);
         self.function_notices.iter().for_each(|notice| verbosity.notice(notice));
         self.clip.iter().flat_map(|clip| &clip.notices).for_each(|notice| verbosity.notice(notice));
-        if self.settings.engine != Engine::Reference {
-            cutaway_cpu::notices(&self.settings).iter().for_each(|notice| verbosity.notice(notice));
-        }
     }
 
     /// Another scene of the same volume, which is not loaded again: the volume that `args` name is not looked at.

@@ -206,8 +206,11 @@ fn options_without_effect_are_noticed() {
         ("--cap", "--cap has no effect: nothing is clipped"),
         ("--segments 2", "--segments has no effect: nothing is clipped"),
         ("--clip-events bvh", "--clip-events has no effect: nothing is clipped"),
-        ("--cut sphere:9,9,9,5 --buffer-depth 16", "--buffer-depth has no effect: nothing is peeled"),
-        ("--cut sphere:9,9,9,5 --clip-events peel", "--clip-events peel belongs to GPU engines"),
+        ("--cut sphere:9,9,9,5 --buffer-depth 16", "--buffer-depth has no effect: it applies only to"),
+        (
+            "--cut sphere:9,9,9,5 --clip-events peel",
+            "--clip-events peel has no effect with the reference engine",
+        ),
         ("--cut sphere:9,9,9,5 --clip-events lists", "events are found by `raster`"),
         ("--cut sphere:9,9,9,5 --cap", "--cap has no effect in composite mode"),
         ("--mode mip --cut sphere:9,9,9,5 --impregnation step", "--impregnation has no effect in mip mode"),

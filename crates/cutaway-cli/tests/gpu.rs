@@ -55,12 +55,13 @@ fn slices_show_what_the_cpu_shows() {
         run(folder.path(), &format!("{scene} --brick-size {brick_size} -o bricks.png")).succeeds_silently();
         run(folder.path(), "compare gpu.png bricks.png --fail-above 0").succeeds();
     }
-    run(folder.path(), &format!("{scene} --iso 0.5 -o x.png")).fails(1, &["isosurfaces", "--engine raycast"]);
+    run(folder.path(), &format!("{scene} --iso 0.5 -o x.png"))
+        .fails(1, &["iso mode", "--engine cpu or raycast"]);
     run(folder.path(), &format!("{scene} --mode mip -o x.png")).succeeds_silently();
     run(folder.path(), &format!("{scene} --mode mip -o x.png --depth-output d.npy"))
-        .fails(2, &["--depth-output", "slices do not know", "--engine cpu or raycast"]);
+        .fails(2, &["--depth-output", "no depth in mip mode", "--engine cpu or raycast"]);
     let jittered = run(folder.path(), &format!("{scene} --jitter -o x.png"));
-    assert!(jittered.err.contains("slices are not jittered"), "{}", jittered.err);
+    assert!(jittered.err.contains("--jitter has no effect with the slices engine"), "{}", jittered.err);
 }
 
 /// Two tetrahedra with a face in common.

@@ -21,6 +21,7 @@ pub mod preintegration;
 pub mod presets;
 pub mod reference;
 pub mod scene;
+pub mod scene_builder;
 pub mod segment;
 pub mod space;
 pub mod tetrahedra;

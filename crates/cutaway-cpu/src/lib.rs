@@ -38,5 +38,5 @@ mod tiles;
 pub use classification::Classification;
 pub use cutaway_core::image::Image;
 pub use progressive::{Progressive, Step};
-pub use renderer::{CpuError, CpuRenderer, CpuVolume, Statistics, notices};
+pub use renderer::{CpuError, CpuRenderer, CpuVolume, Statistics};
 pub use simd::{SimdChoice, UnsupportedSimd};

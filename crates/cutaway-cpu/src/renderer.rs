@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cutaway_core::image::Image;
-use cutaway_core::scene::{ImageInterpolation, RenderSettings, Scene};
+use cutaway_core::scene::{ImageInterpolation, Scene};
 use cutaway_core::value_ranges::{BLOCK, BlockGrid, ValueRanges};
 use cutaway_core::volume::{Volume, Voxels};
 use fearless_simd::Level;
@@ -21,7 +21,7 @@ use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
 use crate::tiles::{Raster, Scratch, TILE, Tally, Tile, morton_tiles};
 
 /// Why the engine cannot start or render.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CpuError {
     /// The processor lacks the instructions that were asked for.
@@ -97,12 +97,6 @@ pub struct Statistics {
     /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1. Isosurfaces have no
     /// samples to skip: 0.
     pub skipped_fraction: f64,
-}
-
-/// What of these settings the engine does without, in words for whoever asked for it.
-pub fn notices(settings: &RenderSettings) -> Vec<String> {
-    let jitter = "the cpu engine does not jitter; `--adaptive-threshold` or `--pre-integration` are against rings, too";
-    if settings.jitter { vec![jitter.to_owned()] } else { Vec::new() }
 }
 
 /// Threads and an instruction set.

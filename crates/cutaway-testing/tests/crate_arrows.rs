@@ -11,7 +11,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cutaway-io", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-cpu", &["cutaway-core", "cutaway-mesh"]),
     ("cutaway-gpu", &["cutaway-core", "cutaway-mesh"]),
-    ("cutaway", &["cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu", "cutaway-gpu"]),
+    ("cutaway-engine", &["cutaway-core", "cutaway-mesh", "cutaway-cpu", "cutaway-gpu"]),
+    (
+        "cutaway",
+        &["cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu", "cutaway-gpu", "cutaway-engine"],
+    ),
     (
         "cutaway-cli",
         &[
@@ -22,6 +26,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cutaway-io",
             "cutaway-cpu",
             "cutaway-gpu",
+            "cutaway-engine",
         ],
     ),
     ("cutaway-app", LIBRARIES),
@@ -29,8 +34,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 
 /// What programs and bindings are made of.
-const LIBRARIES: &[&str] =
-    &["cutaway", "cutaway-core", "cutaway-mesh", "cutaway-io", "cutaway-cpu", "cutaway-gpu"];
+const LIBRARIES: &[&str] = &[
+    "cutaway",
+    "cutaway-core",
+    "cutaway-mesh",
+    "cutaway-io",
+    "cutaway-cpu",
+    "cutaway-gpu",
+    "cutaway-engine",
+];
 
 /// May import everything and be imported by nothing; never published.
 const TESTING: &str = "cutaway-testing";

@@ -1,31 +1,88 @@
-//! Direct volume rendering: volumes in, pictures out.
+//! Direct volume rendering that cuts volumes open.
 //!
-//! This crate is one door to the crates that do the work. The modules of the core stand at its root ([`volume`],
-//! [`transfer_function`], [`camera`], [`scene`], ...), those that read and write files under [`io`], closed surfaces
-//! under [`mesh`], the engines under [`cpu`] and [`gpu`]. Whoever needs one part alone can depend on that part: the types are the same.
+//! ```
+//! use cutaway::prelude::*;
+//! # use cutaway::{clip::Sphere, glam::DVec3};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let mesh = Sphere::new(DVec3::splat(12.0), 9.0)?;
+//! # let path = std::env::temp_dir().join("cutaway-doc.png");
+//! let image = cutaway::render(&Scene::of(cutaway::read("sample:sphere:24")?).preset("MR-Default").cut(mesh))?;
+//! image.save(&path)?;
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! | to | start at |
 //! |---|---|
-//! | read a volume | [`io::volume::read_volume`], [`io::samples::read_sample`]; or [`volume::Volume::new`] from an array |
-//! | say what values look like | [`transfer_function::TransferFunction`], [`presets`], [`colormaps`], [`histogram::default_transfer_function`] |
-//! | look from somewhere | [`camera::Camera`], [`scene::default_camera`] |
-//! | put these together | [`scene::Scene`]; as a JSON file [`io::scene_file::SceneFile`] |
-//! | cut it open | [`clip::Clip`], [`mesh::MeshSolid`], [`scene::Scene::with_clip`] |
-//! | render | [`cpu::CpuRenderer`], [`gpu::RaycastRenderer`]; slow and exact: [`reference::render`](fn@reference::render) |
-//! | write and compare pictures | [`io::image::write_image`], [`image::compare`](mod@image::compare) |
+//! | read a volume or an unstructured grid | [`read`]; or [`volume::Volume::new`] from an array |
+//! | choose colours and opacities | [`transfer_function::TransferFunction`], [`presets`], [`colormaps`] |
+//! | put a scene together | [`Scene::of`](scene::Scene::of); as a JSON file [`io::scene_file::SceneFile`] |
+//! | cut it open | [`SceneBuilder::cut`](scene_builder::SceneBuilder::cut), [`read_solid`], [`clip::Clip`] |
+//! | render one image | [`render`] |
+//! | render many, with progress, on a device of your own | [`engine::Renderer`] |
+//! | save and compare images | [`SaveImage::save`], [`image::compare`](mod@image::compare) |
 //!
-//! The README's example, which is compiled and run with the tests, shows them at work.
+//! Engines are chosen by [`scene::Engine`]; without a choice the best one for the data and the machine renders. The
+//! modules at the root are those of the core. The crates behind it can be used alone: the types are the same.
+//!
+//! Cargo features: `gpu` (the engines that need a graphics device) and `files` (readers and writers) are on by default. Without
+//! both, a program renders arrays on the processor and needs no graphics library.
 #![forbid(unsafe_code)]
 
 pub use cutaway_core::{
     analytic, camera, clip, colormaps, compositing, cubic, field, glam, histogram, image, lighting,
-    occupancy, presets, reference, scene, segment, space, transfer_function, value_ranges, volume,
-    with_voxels,
+    occupancy, presets, reference, scene, scene_builder, segment, space, transfer_function, value_ranges,
+    volume, with_voxels,
 };
 pub use cutaway_cpu as cpu;
+pub use cutaway_engine as engine;
+#[cfg(feature = "gpu")]
 pub use cutaway_gpu as gpu;
+#[cfg(feature = "files")]
 pub use cutaway_io as io;
 pub use cutaway_mesh as mesh;
+
+#[cfg(feature = "files")]
+mod files;
+
+use cutaway_core::image::Image;
+use cutaway_core::scene::SceneError;
+use cutaway_core::scene_builder::ToScene;
+use cutaway_engine::{EngineError, Renderer, Request};
+
+#[cfg(feature = "files")]
+pub use files::{ReadError, SaveImage, read, read_solid};
+
+/// The names that most programs need.
+pub mod prelude {
+    #[cfg(feature = "files")]
+    pub use crate::SaveImage;
+    pub use crate::scene::Scene;
+}
+
+/// The reason why an image was not made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// A setting of the scene is outside its range.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The engine failed.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+}
+
+/// Renders one image of a scene, which may still be a [`SceneBuilder`](scene_builder::SceneBuilder).
+///
+/// For more than one image of the same data keep a [`Renderer`]: it prepares the data once.
+///
+/// # Errors
+/// A setting outside its range; an engine that cannot render the scene.
+pub fn render(scene: &impl ToScene) -> Result<Image, RenderError> {
+    let frame = Renderer::default().render(&scene.to_scene()?, &Request::default())?;
+    frame.picture.into_image().ok_or(RenderError::Engine(EngineError::Cancelled))
+}
 
 /// The README's Rust examples, as tests.
 #[cfg(doctest)]

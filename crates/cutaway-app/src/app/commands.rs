@@ -7,7 +7,8 @@ use super::export::Export;
 use super::jobs::{self, Done, solid_source};
 use crate::command::{Command, Purpose};
 use crate::command_line::command_line;
-use crate::document::scene_file;
+use crate::document::{functions, scene_file};
+use cutaway_io::scene_file::ClipSource;
 
 /// How many recent files are remembered.
 const MOST_RECENT: usize = 12;
@@ -55,26 +56,37 @@ impl App {
                     path.display()
                 )),
             },
-            Purpose::AddSolid => match solid_source(path) {
-                Ok(source) => {
-                    // Once more, if it could not be read before.
-                    self.reading.retain(|other| *other != source);
-                    if let Some(document) = &mut self.document {
-                        self.panels.add_solid(document, source);
-                    }
-                }
-                Err(line) => self.errors.push(line),
-            },
+            Purpose::AddSolid => {
+                let path = path.to_owned();
+                self.jobs.attempt(move || solid_source(&path).map(Done::Named));
+            }
             Purpose::SaveScene => self.save_scene(path),
             Purpose::SaveImage | Purpose::SaveFilm => self.export(purpose, path),
-            Purpose::OpenFunction | Purpose::SaveFunction => {
-                let Some(document) = &mut self.document else { return };
-                match self.panels.use_function_file(document, purpose, path) {
-                    Ok(notices) => self.readout.notices.extend(notices),
-                    Err(line) => self.errors.push(line),
-                }
+            Purpose::OpenFunction => {
+                let path = path.to_owned();
+                self.jobs.attempt(move || functions::read(&path).map(Done::Function));
             }
+            Purpose::SaveFunction => self.save_function(path),
         }
+    }
+
+    /// Adds an operand that cuts with a surface.
+    pub(super) fn add_solid(&mut self, source: ClipSource) {
+        // Once more, if it could not be read before.
+        self.reading.retain(|other| *other != source);
+        if let Some(document) = &mut self.document {
+            self.panels.add_solid(document, source);
+        }
+    }
+
+    fn save_function(&mut self, path: &Path) {
+        let Some(document) = &self.document else { return };
+        let (path, file) = (path.to_owned(), document.function_file(path));
+        self.jobs.attempt(move || {
+            let notices = functions::write(&path, &file)?;
+            let saved = format!("saved {}", path.display());
+            Ok(Done::Said(std::iter::once(saved).chain(notices).collect::<Vec<_>>().join("; ")))
+        });
     }
 
     /// Opens a volume or a scene, and remembers it.
@@ -91,16 +103,24 @@ impl App {
 
     /// What was dropped on the window: a surface cuts, anything else is opened.
     pub(super) fn dropped(&mut self, path: &Path) {
-        let solid = cutaway_io::mesh::recognize(path).is_some() || cutaway_io::patches::recognize(path);
-        let purpose = if solid && self.document.is_some() { Purpose::AddSolid } else { Purpose::Open };
-        self.use_file(purpose, path);
+        let (path, has_document) = (path.to_owned(), self.document.is_some());
+        self.jobs.start(move || {
+            let solid =
+                || cutaway_io::mesh::recognize(&path).is_some() || cutaway_io::patches::recognize(&path);
+            let purpose = if has_document && solid() { Purpose::AddSolid } else { Purpose::Open };
+            Some(Done::Picked(purpose, path))
+        });
     }
 
     fn save_scene(&mut self, path: &Path) {
-        let Some(document) = &mut self.document else { return };
+        let Some(document) = &self.document else { return };
         let notes = self.panels.notes(self.picture.overlays);
-        match scene_file::write(document, path, notes.to_value()) {
-            Ok(()) => self.readout.notices = vec![format!("saved {}", path.display())],
+        let (path, state) = (path.to_owned(), Box::new(document.state().clone()));
+        match scene_file::text_of(document, &path, notes.to_value()) {
+            Ok(text) => self.jobs.attempt(move || {
+                scene_file::write(&path, &text)?;
+                Ok(Done::Saved(path, state))
+            }),
             Err(line) => self.errors.push(line),
         }
     }

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use cutaway_io::solids::source_of_file;
+use cutaway_io::transfer_function::FunctionFile;
+use cutaway_io::volume::Loaded;
 
 use crate::command::Purpose;
 use crate::document::solids::LoadedSolid;
@@ -18,8 +20,14 @@ pub(super) enum Done {
     Picked(Purpose, PathBuf),
     /// A volume is open, with how it is seen, the surfaces it is cut by, and the scene file it came from.
     Opened(Box<Opened>),
+    /// A file holds a surface that is to cut.
+    Named(ClipSource),
     /// A surface was read.
     Solid(ClipSource, LoadedSolid),
+    /// A transfer function was read.
+    Function(Loaded<FunctionFile>),
+    /// A state was written to a scene file.
+    Saved(PathBuf, Box<SceneState>),
     /// Something worth a line in the read-out.
     Said(String),
     /// Something failed: one line.
@@ -90,6 +98,11 @@ impl Jobs {
         self.start(move || {
             Some(open(&name).map_or_else(Done::Failed, |opened| Done::Opened(Box::new(opened))))
         });
+    }
+
+    /// Runs a job whose failure is one line.
+    pub(super) fn attempt(&self, job: impl FnOnce() -> Result<Done, String> + Send + 'static) {
+        self.start(move || Some(job().unwrap_or_else(Done::Failed)));
     }
 
     /// Reads a surface.

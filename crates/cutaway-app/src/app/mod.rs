@@ -213,6 +213,18 @@ impl App {
                         self.asked = None;
                     }
                 }
+                Done::Named(source) => self.add_solid(source),
+                Done::Function(loaded) => {
+                    if let Some(document) = &mut self.document {
+                        self.readout.notices.extend(document.take_function(loaded));
+                    }
+                }
+                Done::Saved(path, state) => {
+                    self.readout.notices = vec![format!("saved {}", path.display())];
+                    if let Some(document) = &mut self.document {
+                        document.saved_to(path, *state);
+                    }
+                }
                 Done::Picked(purpose, path) => self.commands.push(Command::UseFile(purpose, path)),
                 Done::Said(line) => self.readout.notices.push(line),
                 Done::Failed(line) => self.errors.push(line),

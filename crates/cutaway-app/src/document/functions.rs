@@ -8,18 +8,16 @@ use cutaway_io::transfer_function::{
     FunctionFile, FunctionFormat, read_transfer_function, write_transfer_function,
 };
 
+use cutaway_io::volume::Loaded;
+
 use super::Document;
 use crate::function;
 
 impl Document {
     /// Takes the function of a file, in one step: its points, unit distance and light where it has them. A colour map without
-    /// opacities is laid over the window of the present function, whose opacities stay. What there is to know of the file,
-    /// one line each.
-    ///
-    /// # Errors
-    /// One line: the file, the place, what is wrong.
-    pub fn open_function(&mut self, path: &Path) -> Result<Vec<String>, String> {
-        let loaded = read_transfer_function(path).map_err(|e| e.to_string())?;
+    /// opacities is laid over the window of the present function, whose opacities stay. Returns what there is to know of the
+    /// file, one line each.
+    pub fn take_function(&mut self, loaded: Loaded<FunctionFile>) -> Vec<String> {
         let (file, mut notices) = (loaded.value, loaded.notices);
         let range = self.volume().lattice().value_range();
         self.settle();
@@ -39,30 +37,41 @@ impl Document {
             self.edit("function: open", |s| s.function = colored);
         }
         self.settle();
-        Ok(notices)
+        notices
     }
 
-    /// Writes the function in the format that the file's name asks for, with its light where the format holds it. What it
-    /// cannot hold, one line each.
-    ///
-    /// # Errors
-    /// One line: the file, and why it was not written.
-    pub fn save_function(&self, path: &Path) -> Result<Vec<String>, String> {
+    /// Returns the function as a file of this name holds it, with its light where the format has one.
+    pub fn function_file(&self, path: &Path) -> FunctionFile {
         let state = self.state();
         let name = path.file_name().and_then(|name| name.to_str());
         let stem = name.and_then(|name| name.split('.').next()).filter(|stem| !stem.is_empty());
         let other = FunctionFormat::of_name(path) != Some(FunctionFormat::Cutaway);
         // Other programs do not know this volume's spacing.
         let of_volume = other.then(|| default_unit_distance(self.volume().lattice()));
-        let file = FunctionFile {
+        FunctionFile {
             // ParaView's maps have no light, and nobody asked to be told.
             lighting: (FunctionFormat::of_name(path) != Some(FunctionFormat::ParaView) && other)
                 .then(|| state.lighting.clone()),
             name: stem.map(str::to_owned),
             ..FunctionFile::new(state.function.clone(), state.unit_distance.or(of_volume))
-        };
-        write_transfer_function(path, &file).map_err(|e| e.to_string())
+        }
     }
+}
+
+/// Reads a transfer function.
+///
+/// # Errors
+/// One line: the file, the place, what is wrong.
+pub fn read(path: &Path) -> Result<Loaded<FunctionFile>, String> {
+    read_transfer_function(path).map_err(|e| e.to_string())
+}
+
+/// Writes a transfer function in the format that the file's name asks for. Returns what the format cannot hold, one line each.
+///
+/// # Errors
+/// One line: the file, and why it was not written.
+pub fn write(path: &Path, file: &FunctionFile) -> Result<Vec<String>, String> {
+    write_transfer_function(path, file).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]
@@ -83,14 +92,14 @@ mod tests {
         for name in ["a.json", "a.pv.json", "a.vp", "a.vp.json"] {
             let path = folder.path().join(name);
             let saved = document();
-            saved.save_function(&path).unwrap();
+            write(&path, &saved.function_file(&path)).unwrap();
             let mut opened = document();
             opened.edit("x", |s| {
                 s.function = function::shifted(&s.function, 7.0);
                 s.lighting.ambient = 0.5;
             });
             let before = opened.state().clone();
-            opened.open_function(&path).unwrap();
+            opened.take_function(read(&path).unwrap());
             let (points, expected) = (opened.state().function.points(), saved.state().function.points());
             assert_eq!(points.len(), expected.len(), "{name}");
             assert!(points.iter().zip(expected).all(|(a, b)| a.value == b.value && a.color == b.color));
@@ -99,8 +108,9 @@ mod tests {
             assert!(opened.undo());
             assert_eq!(opened.state(), &before);
         }
-        assert!(document().save_function(&folder.path().join("a.txt")).unwrap_err().contains(".vp"));
-        let error = document().open_function(&folder.path().join("none.vp")).unwrap_err();
+        let path = folder.path().join("a.txt");
+        assert!(write(&path, &document().function_file(&path)).unwrap_err().contains(".vp"));
+        let error = read(&folder.path().join("none.vp")).unwrap_err();
         assert!(error.contains("none.vp") && !error.contains('\n'), "{error}");
     }
 
@@ -111,7 +121,7 @@ mod tests {
         std::fs::write(&path, r#"[{"Name": "m", "RGBPoints": [0, 1, 0, 0, 1, 0, 0, 1]}]"#).unwrap();
         let mut document = document();
         let before = document.state().function.clone();
-        assert!(document.open_function(&path).unwrap().is_empty());
+        assert!(document.take_function(read(&path).unwrap()).is_empty());
         let [lo, hi] = function::window(&before);
         let after = &document.state().function;
         assert_eq!((after.evaluate(lo).0, after.evaluate(hi).0), ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]));

@@ -1,9 +1,9 @@
 //! What is open: a volume, the state that decides its picture, and the way back from every edit.
 //!
-//! Enters: files and edits. Leaves: the state that renderers and panels read. Nothing here draws or waits: files are read by
-//! [`load`], in threads of the caller's choosing, and handed over when they are there.
+//! Enters: files and edits. Leaves: the state that renderers and panels read. Nothing here draws or waits: files are read and
+//! written by functions of [`load`], [`functions`] and [`scene_file`], in threads of the caller's choosing.
 
-mod functions;
+pub mod functions;
 mod history;
 pub mod load;
 pub mod notes;
@@ -110,10 +110,10 @@ impl Document {
         self.state != self.saved
     }
 
-    /// Notes that the state was written to a file.
-    pub fn saved_to(&mut self, path: PathBuf) {
+    /// Notes that a state, which was that of this document, was written to a file.
+    pub fn saved_to(&mut self, path: PathBuf, state: SceneState) {
         self.path = Some(path);
-        self.saved = self.state.clone();
+        self.saved = state;
     }
 
     /// What is cut, with the solids that are loaded; what has none yet neither cuts nor keeps.

@@ -101,12 +101,15 @@ pub fn file_of(document: &Document, path: &Path) -> Result<SceneFile, String> {
     })
 }
 
-/// Writes the document as a scene file, with what a viewer keeps beside it: whole, or not at all.
+/// Returns the text of the document's scene file at `path`, with what a viewer keeps in it.
 ///
 /// # Errors
 /// One line: the file, and what is wrong.
-pub fn write(document: &mut Document, path: &Path, viewer: Option<serde_json::Value>) -> Result<(), String> {
-    use std::io::Write;
+pub fn text_of(
+    document: &Document,
+    path: &Path,
+    viewer: Option<serde_json::Value>,
+) -> Result<String, String> {
     let mut file = SceneFile { viewer, ..file_of(document, path)? };
     let mut notes = CuttingNotes::new(&document.state().cutting);
     if !notes.is_empty() {
@@ -115,10 +118,17 @@ pub fn write(document: &mut Document, path: &Path, viewer: Option<serde_json::Va
     }
     let mut text = serde_json::to_string_pretty(&file).map_err(|e| format!("{}: {e}", path.display()))?;
     text.push('\n');
+    Ok(text)
+}
+
+/// Writes the text of a scene file: whole, or not at all.
+///
+/// # Errors
+/// One line: the file, and what is wrong.
+pub fn write(path: &Path, text: &str) -> Result<(), String> {
+    use std::io::Write;
     cutaway_io::atomic::write_atomically(path, |out| out.write_all(text.as_bytes()))
-        .map_err(|e| e.to_string())?;
-    document.saved_to(path.to_owned());
-    Ok(())
+        .map_err(|e| e.to_string())
 }
 
 /// The list of operands that is kept for a viewer; none where there is none, or another program's.
@@ -165,7 +175,9 @@ mod tests {
     fn reopened(document: &mut Document, change: impl FnOnce(&mut SceneFile)) -> Cutting {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.json");
-        write(document, &path, Some(serde_json::json!({ "overlays": {} }))).unwrap();
+        let text = text_of(document, &path, Some(serde_json::json!({ "overlays": {} }))).unwrap();
+        write(&path, &text).unwrap();
+        document.saved_to(path.clone(), document.state().clone());
         let mut file = read(&path).unwrap();
         assert!(file.viewer.as_ref().is_some_and(|viewer| viewer.get("overlays").is_some()));
         change(&mut file);

@@ -82,22 +82,6 @@ impl Panels {
         document.add_solid(source);
     }
 
-    /// Reads or writes the transfer function; what there is to know of the file, one line each.
-    ///
-    /// # Errors
-    /// One line: the file, and what is wrong.
-    pub fn use_function_file(
-        &mut self,
-        document: &mut Document,
-        purpose: Purpose,
-        path: &Path,
-    ) -> Result<Vec<String>, String> {
-        match purpose {
-            Purpose::SaveFunction => document.save_function(path),
-            _ => document.open_function(path),
-        }
-    }
-
     /// What a scene file keeps for a viewer.
     pub fn notes(&self, overlays: Overlays) -> ViewerNotes {
         ViewerNotes { overlays, slices: self.slices.notes() }

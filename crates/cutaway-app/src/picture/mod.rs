@@ -9,7 +9,8 @@ use cutaway_core::camera::Camera;
 use eframe::egui_wgpu::RenderState;
 use egui::{Color32, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui};
 
-pub use overlays::{Overlays, cube_face};
+pub use crate::document::notes::Overlays;
+pub use overlays::cube_face;
 pub use projection::Projection;
 
 use crate::render::{Frame, Pixels, Shown};

@@ -6,24 +6,7 @@ use cutaway_core::volume::Volume;
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 
 use super::Projection;
-
-/// What is drawn over the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(default)]
-pub struct Overlays {
-    /// The edges of the volume's box.
-    pub bounding_box: bool,
-    /// Which way is front, left and up.
-    pub orientation_cube: bool,
-    /// A length to compare with.
-    pub scale_bar: bool,
-}
-
-impl Default for Overlays {
-    fn default() -> Self {
-        Self { bounding_box: false, orientation_cube: true, scale_bar: true }
-    }
-}
+use crate::document::notes::Overlays;
 
 /// Half the cube's edge in points of the window.
 const CUBE: f32 = 22.0;

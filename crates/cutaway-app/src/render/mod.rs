@@ -12,7 +12,6 @@
 //! | `thumbnails` | small pictures for lists ([`thumbnails`]) |
 
 pub mod engines;
-mod quality;
 mod service;
 pub mod thumbnails;
 #[cfg(feature = "watch-shaders")]
@@ -26,22 +25,11 @@ use cutaway_core::image::Image;
 
 use crate::document::{OpenVolume, SceneState};
 
+pub use cutaway_engine::DebugView;
 pub use service::{Answer, RenderService};
 
 /// How long the first frame of a request may take while something moves.
 pub const MOVING_BUDGET: Duration = Duration::from_millis(33);
-
-/// How the engine's work is shown instead of the picture; GPU ray caster alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DebugView {
-    /// The picture.
-    #[default]
-    Off,
-    /// How many texture fetches each ray took, in false colours.
-    Fetches,
-    /// The picture with the edges of the proxy geometry.
-    Wireframe,
-}
 
 /// A picture that is wanted.
 #[derive(Clone, Debug)]
@@ -83,7 +71,7 @@ pub enum Shown {
 }
 
 /// A picture as the window draws it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pixels {
     /// Width and height in pixels; less than asked for while something moves.
     pub size: [u32; 2],

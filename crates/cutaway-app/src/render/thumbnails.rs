@@ -12,10 +12,10 @@ use std::thread;
 
 use cutaway_core::glam::{DAffine3, UVec3};
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene, default_camera};
+use cutaway_core::scene::{Engine, Layer, Mode, RenderSettings, Scene, default_camera};
 use cutaway_core::volume::{Geometry, Volume};
 use cutaway_core::{histogram, presets, with_voxels};
-use cutaway_cpu::{CpuRenderer, CpuVolume, SimdChoice};
+use cutaway_engine::{Renderer, Request, Setup};
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
 
 use crate::document::OpenVolume;
@@ -103,7 +103,7 @@ impl Worker {
         let cancelled = cancel.clone();
         // Lists are as good without pictures: a system that gives no more threads is no error.
         let _ = thread::Builder::new().name("thumbnails".to_owned()).spawn(move || {
-            let Some(studio) = Studio::new(volume.lattice()) else { return };
+            let Some(mut studio) = Studio::new(volume.lattice()) else { return };
             // The copy is all that is needed: a volume that is closed meanwhile is freed.
             drop(volume);
             for subject in subjects {
@@ -124,23 +124,22 @@ impl Worker {
 
 /// A coarse copy of a volume, ready to be rendered.
 struct Studio {
-    renderer: CpuRenderer,
-    volume: Volume,
-    prepared: CpuVolume,
+    renderer: Renderer,
+    volume: Arc<Volume>,
 }
 
 impl Studio {
     fn new(volume: &Volume) -> Option<Self> {
         let volume = coarse(volume, COARSE)?;
         // One thread: the picture itself has the others.
-        let renderer = CpuRenderer::new(1, SimdChoice::default()).ok()?;
-        let prepared = renderer.prepare(&volume).ok()?;
-        Some(Self { renderer, volume, prepared })
+        let renderer = Renderer::new(Setup { threads: 1, ..Setup::default() });
+        Some(Self { renderer, volume: Arc::new(volume) })
     }
 
-    fn picture(&self, subject: &Subject) -> Option<ColorImage> {
+    fn picture(&mut self, subject: &Subject) -> Option<ColorImage> {
         let volume = &self.volume;
-        let settings = RenderSettings { resolution: [SIZE; 2], ..RenderSettings::default() };
+        let engine = Engine::Cpu;
+        let settings = RenderSettings { engine, resolution: [SIZE; 2], ..RenderSettings::default() };
         let (function, unit, mode, shade) = match subject {
             Subject::Preset(name) => {
                 let preset = presets::by_name(name)?;
@@ -157,13 +156,12 @@ impl Studio {
         // Corners of the box, which are mostly empty, may be outside.
         camera.zoom(1.35);
         let scene = Scene::new(
-            Layer::new(volume.clone(), &function).with_unit_distance(unit).with_lighting(lighting),
+            Layer::new(volume, &function).with_unit_distance(unit).with_lighting(lighting),
             camera,
             settings,
         )
         .ok()?;
-        let classification = self.renderer.classify(&self.prepared, &scene);
-        let (image, _) = self.renderer.render(&self.prepared, &classification, &scene, &|_| {});
+        let image = self.renderer.render(&scene, &Request::default()).ok()?.picture.into_image()?;
         let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         let pixel = |p: &[f32; 4]| {
             let [r, g, b, a] = p.map(byte);
@@ -246,7 +244,7 @@ mod tests {
     #[test]
     fn pictures_show_something() {
         let volume = open("sample:sphere:40");
-        let studio = Studio::new(volume.lattice()).unwrap();
+        let mut studio = Studio::new(volume.lattice()).unwrap();
         for subject in [Subject::Preset("MR-MIP".into()), Subject::Colormap("hot".into())] {
             let image = studio.picture(&subject).unwrap();
             let shown = image.pixels.iter().filter(|p| p.a() > 20).count();

@@ -12,6 +12,7 @@ use egui::{
     Align2, Color32, ColorImage, FontId, PointerButton, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2,
 };
 
+pub use crate::document::notes::SliceNotes;
 pub use plane::{Orientation, Plane, outline};
 pub use probe::{Measure, Probe, pick};
 
@@ -40,22 +41,6 @@ pub struct Slices {
     /// What is under the pointer.
     pub hover: Option<Probe>,
     panes: [Pane; 4],
-}
-
-/// What a scene file keeps of slices.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default)]
-pub struct SliceNotes {
-    /// Whether they are shown.
-    pub visible: bool,
-    /// Whether there is a fourth, as the camera looks.
-    pub oblique: bool,
-    /// The point that all slices pass through, in the world.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub crosshair: Option<[f64; 3]>,
-    /// The values that are black and white.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub levels: Option<[f64; 2]>,
 }
 
 #[derive(Default)]

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use cutaway_core::clip::ClipEventsHome;
+use cutaway_core::clip::ClipEvents;
 use cutaway_core::image::Image;
 use cutaway_core::scene::Mode;
 use cutaway_io::atomic::write_atomically;
@@ -12,7 +12,6 @@ use cutaway_io::image::{BitDepth, ImageFormat, encode_image, write_depth, write_
 
 use super::session::Session;
 use crate::args::{Bits, RenderArgs};
-use crate::clip::events;
 use crate::outputs::Outputs;
 use crate::report::{self, Verbosity, wrong_use};
 use crate::scene::Prepared;
@@ -30,17 +29,23 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         verbosity.notice(&format!("--iso has no effect in {} mode", prepared.settings.mode.name()));
     }
     let mut session = Session::new(&prepared, &args.scene, verbosity)?;
-    if let Some(why) = session.lacks_depth().filter(|_| args.depth_output.is_some()) {
-        return Err(wrong_use(format!("--depth-output: {why}; take --engine cpu or raycast")));
+    let (abilities, mode) = (session.abilities()?, prepared.settings.mode);
+    if args.depth_output.is_some() && !abilities.has_depth(mode) {
+        let (engine, mode) = (abilities.name, mode.name());
+        return Err(wrong_use(format!(
+            "--depth-output: images of the {engine} engine have no depth in {mode} mode; use --engine cpu or raycast"
+        )));
     }
-    notice_clip_options(args, &prepared, session.clip_events_home(), verbosity);
+    notice_clip_options(args, &prepared, verbosity);
     let scene_file = args.save_scene.as_deref().map(|path| scene_text(&prepared, path)).transpose()?;
     let progress = verbosity.progress("rendering");
     if let Some(view) = args.debug {
         session.set_debug(view)?;
     }
-    let (image, statistics, frame_ms) = session.frame(&|share| progress.set(share))?;
+    let frame = session.frame(&|share| progress.set(share))?;
     drop(progress);
+    let (statistics, frame_ms) = (frame.statistics, frame.frame_ms);
+    let image = frame.picture.into_image().context("the image stayed on the GPU")?;
     let image = match background {
         Some(color) => image.over_background(color),
         None => image,
@@ -58,7 +63,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
 }
 
 /// Says which options of clipping do nothing.
-fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, here: ClipEventsHome, verbosity: Verbosity) {
+fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, verbosity: Verbosity) {
     let o = &args.scene.clip.options;
     let given = [
         ("--segments", o.segments.is_some()),
@@ -79,15 +84,9 @@ fn notice_clip_options(args: &RenderArgs, prepared: &Prepared, here: ClipEventsH
             verbosity.notice(&format!("{option} has no effect in {} mode", mode.name()));
         }
     }
-    if unclipped {
-        return;
-    }
-    if o.buffer_depth.is_some() && !events::peels(&prepared.settings, here) {
-        verbosity
-            .notice("--buffer-depth has no effect: nothing is peeled without a GPU and --clip-events peel");
-    }
-    if let Some(notice) = events::substitute(&prepared.settings, here) {
-        verbosity.notice(&notice);
+    let peels = prepared.settings.clip_events == ClipEvents::Peel;
+    if !unclipped && o.buffer_depth.is_some() && !peels {
+        verbosity.notice("--buffer-depth has no effect: it applies only to --clip-events peel on a GPU");
     }
 }
 

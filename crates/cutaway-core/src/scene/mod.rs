@@ -86,6 +86,16 @@ impl Scene {
         used.then_some(depth)
     }
 
+    /// Returns the same scene as an image of another width and height in pixels.
+    ///
+    /// # Errors
+    /// A size outside its range.
+    pub fn resized(&self, resolution: [u32; 2]) -> Result<Self, SceneError> {
+        let settings = RenderSettings { resolution, ..self.settings.clone() };
+        validate_settings(&settings)?;
+        Ok(Self { settings, ..self.clone() })
+    }
+
     /// The layers: one today.
     pub fn layers(&self) -> &[Layer] {
         &self.layers

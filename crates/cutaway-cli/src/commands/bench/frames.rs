@@ -1,10 +1,12 @@
 //! Frames of an orbiting camera, measured the same way wherever a benchmark needs them.
 
+use anyhow::Context;
 use clap::Parser;
 use cutaway_core::image::Image;
+use cutaway_engine::FrameStatistics;
 
 use crate::args::SceneArgs;
-use crate::commands::session::{Counts, Session};
+use crate::commands::session::Session;
 use crate::commands::statistics::StatisticsFile;
 use crate::report::Verbosity;
 use crate::scene::Prepared;
@@ -29,20 +31,20 @@ pub(super) fn measure(
 ) -> anyhow::Result<StatisticsFile> {
     let mut session = Session::new(prepared, args, Verbosity::Normal)?;
     let mut times = Vec::new();
-    let mut last = Counts::default();
+    let mut last = FrameStatistics::default();
     for i in 0..WARM_UP + orbit.frames {
         let mut camera = prepared.camera.clone();
         let measured = i.checked_sub(WARM_UP);
         let turn = f64::from(measured.unwrap_or(i % orbit.frames)) / f64::from(orbit.frames);
         camera.azimuth((orbit.degrees * turn).to_radians());
         session.set_camera(camera)?;
-        let (image, statistics, ms) = session.frame(&|_| {})?;
-        if i == 0 {
-            first(&image)?;
-        }
+        let frame = session.frame(&|_| {})?;
         if measured.is_some() {
-            times.push(ms);
-            last = statistics;
+            times.push(frame.frame_ms);
+            last = frame.statistics;
+        }
+        if i == 0 {
+            first(&frame.picture.into_image().context("the image stayed on the GPU")?)?;
         }
     }
     Ok(session.statistics(last, times))
