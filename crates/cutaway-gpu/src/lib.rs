@@ -27,6 +27,7 @@ mod error;
 mod frame;
 pub mod geometry;
 mod notice;
+mod plumbing;
 pub mod proxy;
 mod ranges;
 pub mod raycast;

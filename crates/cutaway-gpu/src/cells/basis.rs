@@ -5,7 +5,8 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::{DVec3, DVec4};
 use cutaway_core::tetrahedra::five_of_a_cell;
 
-use super::{Split, view::View};
+use super::options::Split;
+use super::view::View;
 
 /// As `Basis` in `draw.wgsl`; a test holds the two against each other.
 #[repr(C)]

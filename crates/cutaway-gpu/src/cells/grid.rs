@@ -4,12 +4,17 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::UVec3;
 
 use super::basis::basis;
-use super::pipelines::{GridPipelines, Pipelines, Source, bind_buffers, pass};
+use super::drawing::{Drawing, indices};
+use super::options::Split;
+use super::pass::pass;
+use super::pipelines::{GridPipelines, Pipelines};
 use super::tiles::TileBuffers;
-use super::{Drawing, Split, indices, view::View};
+use super::variant::Source;
+use super::view::View;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::Progress;
+use crate::plumbing::bind_buffers;
 
 /// Cells along an edge of a block, as in `select.wgsl`.
 const EDGE: u32 = 8;
@@ -259,7 +264,7 @@ impl GridBuffers {
             self.select(&mut encoder, drawing, steps, task);
             if drawing.variant.source == Source::Grid {
                 let buffers = [&chunk, &self.ordered, &self.list, &self.work, &self.records];
-                let project = bind_buffers(gpu, &layouts.project_grid, &buffers);
+                let project = bind_buffers(gpu.device(), &layouts.project_grid, &buffers);
                 compute(&mut encoder, drawing, &project, |pass| {
                     pass.set_pipeline(&steps.project);
                     pass.dispatch_workgroups_indirect(&self.work, 32);
@@ -272,7 +277,7 @@ impl GridBuffers {
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let buffers =
                 [&chunk, basis, &self.ordered, &self.list, &self.records, &self.nothing, &self.nothing];
-            let group = bind_buffers(gpu, &layouts.draw, &buffers);
+            let group = bind_buffers(gpu.device(), &layouts.draw, &buffers);
             {
                 let mut pass = pass(&mut encoder, drawing.target, None);
                 drawing.set(&mut pass, pipeline, &group);
@@ -286,7 +291,7 @@ impl GridBuffers {
 
     fn bind_select(&self, gpu: &Gpu, pipelines: &Pipelines, task: &wgpu::Buffer) -> wgpu::BindGroup {
         let buffers = [task, &self.ordered, &self.kept, &self.work, &self.list];
-        bind_buffers(gpu, &pipelines.layouts.select, &buffers)
+        bind_buffers(gpu.device(), &pipelines.layouts.select, &buffers)
     }
 }
 

@@ -4,13 +4,15 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::glam::{DAffine3, DVec3};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 
-use super::pipelines::{bind, bind_buffers, pass};
+use super::drawing::{Drawing, indices};
+use super::pass::pass;
 use super::tables::{BinSpan, Tables};
 use super::tiles::TileBuffers;
-use super::{Drawing, indices, view::View};
+use super::view::View;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::Progress;
+use crate::plumbing::{bind, bind_buffers};
 
 /// Threads that sort: few of a software adapter, for each has counters of its own; but some of those end a shader's loops
 /// after 65,535 rounds, and each thread goes through its keys in one.
@@ -209,7 +211,7 @@ impl GpuMesh {
                     &self.projected,
                     &self.attributes,
                 ];
-                let group = bind_buffers(gpu, &drawing.pipelines.layouts.draw, &buffers);
+                let group = bind_buffers(gpu.device(), &drawing.pipelines.layouts.draw, &buffers);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 {
@@ -247,7 +249,7 @@ impl GpuMesh {
                 let buffers = [&self.corners, &self.places, &self.keys[0], &task, &visible.cells];
                 let bindings = [3, 4, 6, 7, 8].into_iter().zip(buffers.map(|b| b.as_entire_binding()));
                 let resources: Vec<_> = bindings.collect();
-                let group = bind(gpu, &steps.layouts.key_mesh, &resources);
+                let group = bind(gpu.device(), &steps.layouts.key_mesh, &resources);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 {
@@ -302,7 +304,7 @@ impl GpuMesh {
                         &self.records,
                         &self.keys[0],
                     ];
-                    let group = bind_buffers(gpu, &drawing.pipelines.layouts.project_mesh, &buffers);
+                    let group = bind_buffers(gpu.device(), &drawing.pipelines.layouts.project_mesh, &buffers);
                     let mut encoder =
                         gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                     {
@@ -339,7 +341,7 @@ impl GpuMesh {
                 let task = gpu.buffer("task", bytemuck::bytes_of(&task), wgpu::BufferUsages::UNIFORM);
                 let (from, to) = (&self.keys[from], &self.keys[1 - from]);
                 let buffers = [&task, from, to, &self.counts, &self.totals, &self.order, &self.draws];
-                let group = bind_buffers(gpu, &drawing.pipelines.layouts.sort, &buffers);
+                let group = bind_buffers(gpu.device(), &drawing.pipelines.layouts.sort, &buffers);
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
                 pass.set_bind_group(0, &group, &[]);
                 for &(step, threads) in work {

@@ -25,11 +25,16 @@
 //! | [`CellClassification`] | occupancy, pieces of the transfer function | on an edit of it |
 
 mod basis;
+mod drawing;
 mod grid;
+mod layouts;
 mod mesh;
+mod options;
+mod pass;
 mod pipelines;
 mod tables;
 mod tiles;
+mod variant;
 mod view;
 
 use std::sync::atomic::AtomicBool;
@@ -46,18 +51,22 @@ use crate::classification::GpuClassification;
 use crate::clip_layers::{ClipLayers, ClipStatistics, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::frame::Progress;
 use crate::frame::{
-    Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, RayPlane, ShownFrame, Targets, read_colors,
+    Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, Progress, RayPlane, ShownFrame, Targets,
+    read_colors,
 };
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
-use crate::shaders::{Shader, shader};
+use drawing::{Drawing, Timing};
 use grid::{GridBuffers, GridFrame};
 use mesh::{GpuMesh, VisibleCells};
-use pipelines::{Pipelines, Source, Variant, pass};
+pub use options::{CellDrawing, CellIntegral, CellOptions, Split};
+use pass::pass;
+use pipelines::Pipelines;
+pub use tables::PSI_ERROR;
 use tables::Tables;
 use tiles::TileBuffers;
+use variant::{Source, Variant};
 use view::View;
 
 #[cfg(test)]
@@ -65,88 +74,14 @@ pub(crate) use {
     basis::BasisTetrahedron,
     grid::SelectTask,
     mesh::{MeshTask, SortTask},
+    pipelines::{
+        DRAW_SHADER, PROJECT_GRID_SHADER, PROJECT_MESH_SHADER, SELECT_SHADER, SORT_SHADER, TILES_GRID_SHADER,
+        WIDEN_SHADER,
+    },
     tables::Piece,
-    tiles::TileTask,
+    tiles::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER, TileTask},
     view::ViewUniforms,
 };
-
-/// The linked shaders.
-pub(crate) const DRAW_SHADER: Shader = shader!(cells::draw);
-pub(crate) const SELECT_SHADER: Shader = shader!(cells::select);
-pub(crate) const PROJECT_GRID_SHADER: Shader = shader!(cells::project_grid);
-pub(crate) const PROJECT_MESH_SHADER: Shader = shader!(cells::project_mesh);
-pub(crate) const SORT_SHADER: Shader = shader!(cells::sort);
-pub(crate) const TILES_MESH_SHADER: Shader = shader!(cells::tiles::mesh);
-pub(crate) const TILES_GRID_SHADER: Shader = shader!(cells::tiles::grid);
-pub(crate) const TILES_BIN_SHADER: Shader = shader!(cells::tiles::bin);
-pub(crate) const TILES_COMPOSITE_SHADER: Shader = shader!(cells::tiles::composite);
-pub(crate) const TILES_SHOW_SHADER: Shader = shader!(cells::tiles::show);
-pub(crate) const WIDEN_SHADER: Shader = shader!(cells::widen);
-
-/// The largest error of the psi table, of a mean transmittance of 0 to 1: for optical depths of up to 8, and of denser
-/// stretches.
-pub const PSI_ERROR: [f64; 2] = [1e-3, 0.03];
-
-/// How a cell of a grid is cut into tetrahedra.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Split {
-    /// Five, mirrored from cell to cell so that faces match.
-    #[default]
-    Five,
-    /// Six around a diagonal, alike in every cell.
-    Six,
-}
-
-impl Split {
-    /// Tetrahedra of a cell.
-    pub fn count(self) -> u32 {
-        match self {
-            Self::Five => 5,
-            Self::Six => 6,
-        }
-    }
-}
-
-/// What a fragment makes of the stretch of its ray in a tetrahedron.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum CellIntegral {
-    /// Colour and extinction of the mean value.
-    Average,
-    /// Partial pre-integration (Moreland and Angel): colour and extinction linear between those at the ends.
-    Partial,
-    /// Cut where the transfer function bends, then integrated.
-    #[default]
-    Exact,
-}
-
-/// Who fills the pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum CellDrawing {
-    /// [`Tiles`](Self::Tiles) on software adapters, and where cells reach behind the eye; else
-    /// [`Triangles`](Self::Triangles).
-    #[default]
-    Auto,
-    /// The rasteriser: a fan of triangles a tetrahedron, blended.
-    Triangles,
-    /// Compute shaders: lists of tetrahedra a tile, composited from front to back. Where that is not made (lit scenes, cut
-    /// ones, integrals that are not exact) triangles are drawn.
-    Tiles,
-}
-
-/// How cells are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct CellOptions {
-    /// How a cell of a grid is cut.
-    pub split: Split,
-    /// What a fragment makes of a stretch.
-    pub integral: CellIntegral,
-    /// Whether e^-u comes from a table, for all but [`CellIntegral::Exact`].
-    pub exponential_table: bool,
-    /// Who fills the pixels.
-    pub drawing: CellDrawing,
-    /// Whether setting up and drawing are timed apart, which waits between them.
-    pub timed: bool,
-}
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -208,29 +143,6 @@ pub struct CellClassification {
     tables: Tables,
     /// Of a mesh.
     visible: Option<VisibleCells>,
-}
-
-/// What a frame's draws share.
-struct Drawing<'a> {
-    gpu: &'a Gpu,
-    pipelines: &'a Pipelines,
-    variant: Variant,
-    target: &'a wgpu::TextureView,
-    /// The frame's colours, which the target may be a narrower form of.
-    colors: &'a wgpu::TextureView,
-    scene: &'a wgpu::BindGroup,
-    image: &'a wgpu::BindGroup,
-    tables: &'a wgpu::BindGroup,
-    piece_texels: &'a wgpu::TextureView,
-    timing: Option<&'a Mutex<Timing>>,
-}
-
-/// Setting up and drawing, one after the other.
-#[derive(Debug)]
-struct Timing {
-    since: Instant,
-    setup_ms: f64,
-    draw_ms: f64,
 }
 
 impl CellRenderer {
@@ -553,57 +465,10 @@ impl CellRenderer {
     }
 }
 
-impl Drawing<'_> {
-    fn set(
-        &self,
-        pass: &mut wgpu::RenderPass,
-        pipeline: &wgpu::RenderPipeline,
-        tetrahedra: &wgpu::BindGroup,
-    ) {
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, self.scene, &[]);
-        pass.set_bind_group(1, self.image, &[]);
-        pass.set_bind_group(2, self.tables, &[]);
-        pass.set_bind_group(3, tetrahedra, &[]);
-    }
-
-    fn restart(&self) {
-        if let Some(timing) = self.timing {
-            timing.lock().unwrap_or_else(PoisonError::into_inner).since = Instant::now();
-        }
-    }
-
-    /// Adds the time since the last call to setting up or to drawing.
-    fn add(&self, to: fn(&mut Timing) -> &mut f64) -> Result<(), GpuError> {
-        let Some(timing) = self.timing else { return Ok(()) };
-        self.gpu.finish()?;
-        let mut timing = timing.lock().unwrap_or_else(PoisonError::into_inner);
-        let passed = timing.since.elapsed().as_secs_f64() * 1e3;
-        *to(&mut timing) += passed;
-        timing.since = Instant::now();
-        Ok(())
-    }
-
-    fn end_of_setup(&self) -> Result<(), GpuError> {
-        self.add(|timing| &mut timing.setup_ms)
-    }
-
-    fn end_of_drawing(&self) -> Result<(), GpuError> {
-        self.add(|timing| &mut timing.draw_ms)
-    }
-}
-
 /// Cells are emission and absorption: an extremum along a ray is no sum over them.
 fn check_mode(scene: &Scene) -> Result<(), GpuError> {
     match scene.settings().mode {
         Mode::Composite => Ok(()),
         mode => Err(GpuError::CellsMode { mode: mode.name() }),
     }
-}
-
-/// Indices of fans of four triangles around the first of five vertices each.
-fn indices(gpu: &Gpu, tetrahedra: u64) -> wgpu::Buffer {
-    const FAN: [u32; 12] = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1];
-    let all: Vec<u32> = (0..tetrahedra as u32).flat_map(|tet| FAN.map(|vertex| 5 * tet + vertex)).collect();
-    gpu.buffer("indices", bytemuck::cast_slice(&all), wgpu::BufferUsages::INDEX)
 }

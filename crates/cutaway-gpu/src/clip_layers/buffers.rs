@@ -3,6 +3,9 @@
 use crate::context::Gpu;
 use crate::error::GpuError;
 
+/// What the pass that makes event lists draws into, and never writes.
+pub(super) const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
 /// Bytes of a node and of a segment.
 const ENTRY: u64 = 16;
 
@@ -141,7 +144,7 @@ impl ListBuffers {
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
-                format: super::lists::TARGET,
+                format: TARGET,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
                 view_formats: &[],
             });

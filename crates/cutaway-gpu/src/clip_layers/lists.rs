@@ -1,14 +1,19 @@
 //! Event lists: the pipeline that fills them, and the sweep over them.
 
-use super::buffers::{ListBuffers, SegmentBuffers};
+use super::buffers::{ListBuffers, SegmentBuffers, TARGET};
 use super::clip::GpuClip;
-use super::sweep::{Sweep, SweepInputs, bind};
-use super::{LISTS_SHADER, SWEEP_SHADER, binding, storage};
+use super::sweep::{Sweep, SweepInputs};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{
+    FRAGMENT, UNIFORM, VERTEX, bind, bind_buffers, group_layout, group_layout_of, pipeline_layout, storage,
+};
+use crate::shaders::{Shader, shader};
 
-/// What the pass draws into, and never writes.
-pub(super) const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+/// The linked shader that makes event lists.
+pub(crate) const LISTS_SHADER: Shader = shader!(clip_layers::lists);
+/// The linked shader that sweeps over them.
+pub(crate) const SWEEP_SHADER: Shader = shader!(clip_layers::sweep_lists);
 
 /// Triangles of one submission on a software adapter and on a GPU: far less than 100 ms.
 const TRIANGLES_AT_ONCE: [u32; 2] = [1 << 18, 1 << 22];
@@ -26,25 +31,15 @@ pub(super) struct Lists {
 
 impl Lists {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        use wgpu::ShaderStages as Stages;
         let sweep = Sweep::new(gpu, SWEEP_SHADER, &[storage(true); 2])?;
         gpu.checked("the event lists' pipeline", || {
             let device = gpu.device();
-            let layout = |entries: &[wgpu::BindGroupLayoutEntry]| {
-                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                    label: Some("event lists"),
-                    entries,
-                })
-            };
-            let uniform = wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            };
-            let frame = layout(&[binding(0, Stages::FRAGMENT, uniform)]);
-            let leaves = layout(&[binding(1, Stages::VERTEX_FRAGMENT, storage(true))]);
-            let mesh = layout(&[0, 1, 2].map(|i| binding(i, Stages::VERTEX, storage(true))));
-            let out = layout(&[0, 1, 2].map(|i| binding(i, Stages::FRAGMENT, storage(false))));
+            let layout =
+                |stage, types: &[wgpu::BindingType]| group_layout_of(device, "event lists", stage, types);
+            let frame = layout(FRAGMENT, &[UNIFORM]);
+            let leaves = group_layout(device, "event lists", &[(1, VERTEX | FRAGMENT, storage(true))]);
+            let mesh = layout(VERTEX, &[storage(true); 3]);
+            let out = layout(FRAGMENT, &[storage(false); 3]);
             let pipeline = pipeline(device, &[&frame, &leaves, &mesh, &out]);
             Self { pipeline, frame, leaves, mesh, out, sweep }
         })
@@ -65,7 +60,7 @@ impl Lists {
         })?;
         self.submit_lists(gpu, lists, inputs)?;
         let source = gpu.checked("event lists", || {
-            bind(gpu, self.sweep.source_layout(), &[&lists.heads, &lists.nodes])
+            bind_buffers(gpu.device(), self.sweep.source_layout(), &[&lists.heads, &lists.nodes])
         })?;
         let FrameInputs { frame, clip, limit, radius, segments } = *inputs;
         self.sweep.submit(gpu, &SweepInputs { frame, clip, limit, radius, segments, source: &source })
@@ -76,18 +71,13 @@ impl Lists {
         for (leaf, mesh) in &inputs.clip.meshes {
             let groups = gpu.checked("event lists", || {
                 let [positions, triangles, normals] = mesh.buffers();
-                let leaves =
-                    wgpu::BindGroupEntry { binding: 1, resource: inputs.clip.leaves.as_entire_binding() };
-                let leaves = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: None,
-                    layout: &self.leaves,
-                    entries: &[leaves],
-                });
+                let device = gpu.device();
+                let leaves = bind(device, &self.leaves, &[(1, inputs.clip.leaves.as_entire_binding())]);
                 [
-                    bind(gpu, &self.frame, &[inputs.frame]),
+                    bind_buffers(device, &self.frame, &[inputs.frame]),
                     leaves,
-                    bind(gpu, &self.mesh, &[positions, triangles, normals]),
-                    bind(gpu, &self.out, &[&lists.heads, &lists.nodes, &inputs.segments.counters]),
+                    bind_buffers(device, &self.mesh, &[positions, triangles, normals]),
+                    bind_buffers(device, &self.out, &[&lists.heads, &lists.nodes, &inputs.segments.counters]),
                 ]
             })?;
             for first in (0..mesh.triangles()).step_by(at_once as usize) {
@@ -142,11 +132,7 @@ fn begin<'e>(encoder: &'e mut wgpu::CommandEncoder, target: &wgpu::TextureView) 
 
 fn pipeline(device: &wgpu::Device, layouts: &[&wgpu::BindGroupLayout]) -> wgpu::RenderPipeline {
     let layouts: Vec<_> = layouts.iter().map(|layout| Some(*layout)).collect();
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("event lists"),
-        bind_group_layouts: &layouts,
-        immediate_size: 0,
-    });
+    let layout = pipeline_layout(device, "event lists", &layouts);
     let module = LISTS_SHADER.module(device);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("event lists"),

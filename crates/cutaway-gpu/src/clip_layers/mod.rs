@@ -35,7 +35,6 @@ use cutaway_core::scene::Scene;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::{FrameUniforms, RayPlane};
-use crate::shaders::{Shader, shader};
 use buffers::{Counts, ListBuffers, SegmentBuffers};
 use clip::GpuClip;
 use leaf::View;
@@ -45,18 +44,12 @@ pub use peel::{ClipLayer, PeelSettings};
 use peel::{PeelFrame, Peeler};
 
 #[cfg(test)]
-pub(crate) use {leaf::Leaf, peel::PeeledMesh, sweep::OWN_WORDS, sweep::SweepUniforms};
-
-/// The linked shader that makes event lists.
-pub(crate) const LISTS_SHADER: Shader = shader!(clip_layers::lists);
-/// The linked shader that sweeps over them.
-pub(crate) const SWEEP_SHADER: Shader = shader!(clip_layers::sweep_lists);
-/// The linked shader that peels meshes into layers.
-pub(crate) const PEEL_SHADER: Shader = shader!(clip_layers::peel);
-/// The linked shader that counts what layers cover.
-pub(crate) const PEEL_COUNT_SHADER: Shader = shader!(clip_layers::peel_count);
-/// The linked shader that sweeps over layers.
-pub(crate) const SWEEP_PEEL_SHADER: Shader = shader!(clip_layers::sweep_peel);
+pub(crate) use {
+    leaf::Leaf,
+    lists::{LISTS_SHADER, SWEEP_SHADER},
+    peel::{PEEL_COUNT_SHADER, PEEL_SHADER, PeeledMesh, SWEEP_PEEL_SHADER},
+    sweep::{OWN_WORDS, SweepUniforms},
+};
 
 /// What clipping a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -213,17 +206,4 @@ impl OfFrame<'_> {
         let limit = self.scene.segment_limit();
         FrameInputs { frame: self.frame, clip: self.clip, limit, radius: self.radius, segments }
     }
-}
-
-fn binding(
-    binding: u32,
-    visibility: wgpu::ShaderStages,
-    ty: wgpu::BindingType,
-) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
-}
-
-fn storage(read_only: bool) -> wgpu::BindingType {
-    let ty = wgpu::BufferBindingType::Storage { read_only };
-    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }

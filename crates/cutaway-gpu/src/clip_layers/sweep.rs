@@ -7,9 +7,9 @@ use cutaway_core::clip::{SegmentCount, SegmentLimit};
 
 use super::buffers::SegmentBuffers;
 use super::clip::GpuClip;
-use super::{binding, storage};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{COMPUTE, UNIFORM, bind_buffers, compute_pipeline, flag, group_layout_of, storage};
 use crate::shaders::Shader;
 
 /// Events this near to each other, as a fraction of half the volume's diagonal, are one.
@@ -69,28 +69,15 @@ const STATE_BYTES: u64 = 64 << 20;
 impl Sweep {
     /// `source`: the types of bindings of group 2, from 0 on.
     pub(crate) fn new(gpu: &Gpu, shader: Shader, source: &[wgpu::BindingType]) -> Result<Self, GpuError> {
-        use wgpu::ShaderStages as Stages;
         gpu.checked("the clip sweep's shader", || {
             let device = gpu.device();
             let shader = shader.module(device);
-            let layout = |types: &[wgpu::BindingType]| {
-                let entries: Vec<_> =
-                    (0u32..).zip(types).map(|(i, ty)| binding(i, Stages::COMPUTE, *ty)).collect();
-                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                    label: Some("clip sweep"),
-                    entries: &entries,
-                })
-            };
-            let uniform = wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            };
+            let layout = |types: &[wgpu::BindingType]| group_layout_of(device, "clip sweep", COMPUTE, types);
             let (read, write) = (storage(true), storage(false));
             Self {
                 shader,
-                frame: layout(&[uniform]),
-                own: layout(&[uniform, read, read, write, write, write, write]),
+                frame: layout(&[UNIFORM]),
+                own: layout(&[UNIFORM, read, read, write, write, write, write]),
                 source: layout(source),
                 pipelines: Default::default(),
             }
@@ -108,23 +95,9 @@ impl Sweep {
             return Ok(pipeline);
         }
         let pipeline = gpu.checked("the clip sweep's pipeline", || {
-            let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("clip sweep"),
-                bind_group_layouts: &[Some(&self.frame), Some(&self.own), Some(&self.source)],
-                immediate_size: 0,
-            });
-            let constants = [("LARGE_STATE", f64::from(u8::from(large)))];
-            gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("clip sweep"),
-                layout: Some(&layout),
-                module: &self.shader,
-                entry_point: Some("sweep_pixel"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                cache: None,
-            })
+            let groups = [Some(&self.frame), Some(&self.own), Some(&self.source)];
+            let constants = [("LARGE_STATE", flag(large))];
+            compute_pipeline(gpu.device(), &self.shader, "sweep_pixel", &groups, &constants)
         })?;
         Ok(made.get_or_init(|| pipeline))
     }
@@ -143,7 +116,7 @@ impl Sweep {
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             });
-            (states, bind(gpu, &self.frame, &[inputs.frame]))
+            (states, bind_buffers(gpu.device(), &self.frame, &[inputs.frame]))
         })?;
         for (part, [width, height]) in parts.all(inputs.segments.size()) {
             gpu.checked("the clip sweep", || {
@@ -200,17 +173,8 @@ impl Sweep {
             &segments.counters,
             states,
         ];
-        bind(gpu, &self.own, &buffers)
+        bind_buffers(gpu.device(), &self.own, &buffers)
     }
-}
-
-/// Binds buffers, from binding 0 on.
-pub(super) fn bind(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
-    let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-        .zip(buffers)
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-        .collect();
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
 /// Width and height of the parts that an image is swept in: multiples of a workgroup's.

@@ -1,6 +1,6 @@
 //! What an adapter can do beyond what all can, and what stands in for it.
 
-use super::AdapterSummary;
+use super::adapter::AdapterSummary;
 use crate::error::GpuError;
 
 /// How a value between voxels is found.

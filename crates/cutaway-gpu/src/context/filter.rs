@@ -8,16 +8,14 @@
 
 use wgpu::util::DeviceExt;
 
-use super::Gpu;
+use super::filter_errors::FilterErrors;
+use super::gpu::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{COMPUTE, bind_in_order, compute_pipeline, floats, group_layout_of, sampler, storage};
 use crate::shaders::{Shader, shader};
 
 /// The linked shader.
 pub(crate) const SHADER: Shader = shader!(context::filter);
-
-/// Largest error of a filter that is good enough, in units of the neighbours' difference: weights of eight bits, cut off,
-/// along three axes are 3/256; rounding values to the format's steps is 1/8 here.
-pub(crate) const LARGEST_ERROR: f32 = 1.0 / 64.0;
 
 /// Steps of the voxels above [`BASE`]; corner c is at (c & 1, c >> 1 & 1, c >> 2).
 const STEPS: [u32; 8] = [0, 3, 1, 4, 2, 0, 4, 1];
@@ -27,55 +25,37 @@ const GREATEST_DIFFERENCE: f32 = 4.0;
 /// Places that are tried: a whole number of workgroups.
 const PLACES: usize = 128;
 
-/// Errors of the adapter's filter, in units of the difference of neighbouring voxels.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FilterErrors {
-    errors: Vec<(wgpu::TextureFormat, f32)>,
-}
-
-impl FilterErrors {
-    /// The largest error in a format; `None` where the adapter does not filter it, or it was not tried.
-    pub fn of(&self, format: wgpu::TextureFormat) -> Option<f32> {
-        self.errors.iter().find(|(f, _)| *f == format).map(|(_, e)| *e)
+/// Tries every format that the device filters.
+pub(super) fn probe(gpu: &Gpu) -> Result<FilterErrors, GpuError> {
+    let can = gpu.capabilities();
+    let formats = [
+        (wgpu::TextureFormat::R8Unorm, true),
+        (wgpu::TextureFormat::R16Float, true),
+        (wgpu::TextureFormat::R16Unorm, can.norm16),
+        (wgpu::TextureFormat::R32Float, can.float_filtering),
+    ];
+    let formats: Vec<_> = formats.into_iter().filter(|(_, there)| *there).map(|(f, _)| f).collect();
+    let places = places();
+    let buffers = gpu.checked("trying the filter", || Trial::new(gpu, &places).run(gpu, &formats))?;
+    for buffer in &buffers {
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
     }
-
-    /// Whether the filter does what trilinear interpolation is, up to the coarseness of its weights.
-    pub fn is_exact_enough(&self, format: wgpu::TextureFormat) -> bool {
-        self.of(format).is_some_and(|e| e <= LARGEST_ERROR)
+    gpu.finish()?;
+    let mut errors = Vec::new();
+    for (format, buffer) in formats.into_iter().zip(buffers) {
+        let values = buffer.get_mapped_range(..).map_err(|e| GpuError::Refused {
+            what: "reading what the filter made".to_owned(),
+            reason: e.to_string(),
+        })?;
+        let values: &[f32] = bytemuck::cast_slice(&values);
+        let error = places.iter().zip(values).fold(0.0f32, |worst, (place, value)| {
+            let off = (step_of(format, *value) - exact(place)).abs() / GREATEST_DIFFERENCE;
+            // A filter that makes no number at all is as bad as can be.
+            if off.is_nan() { f32::INFINITY } else { worst.max(off) }
+        });
+        errors.push((format, error));
     }
-
-    /// Tries every format that the device filters.
-    pub(super) fn probe(gpu: &Gpu) -> Result<Self, GpuError> {
-        let can = gpu.capabilities();
-        let formats = [
-            (wgpu::TextureFormat::R8Unorm, true),
-            (wgpu::TextureFormat::R16Float, true),
-            (wgpu::TextureFormat::R16Unorm, can.norm16),
-            (wgpu::TextureFormat::R32Float, can.float_filtering),
-        ];
-        let formats: Vec<_> = formats.into_iter().filter(|(_, there)| *there).map(|(f, _)| f).collect();
-        let places = places();
-        let buffers = gpu.checked("trying the filter", || Trial::new(gpu, &places).run(gpu, &formats))?;
-        for buffer in &buffers {
-            buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-        }
-        gpu.finish()?;
-        let mut errors = Vec::new();
-        for (format, buffer) in formats.into_iter().zip(buffers) {
-            let values = buffer.get_mapped_range(..).map_err(|e| GpuError::Refused {
-                what: "reading what the filter made".to_owned(),
-                reason: e.to_string(),
-            })?;
-            let values: &[f32] = bytemuck::cast_slice(&values);
-            let error = places.iter().zip(values).fold(0.0f32, |worst, (place, value)| {
-                let off = (step_of(format, *value) - exact(place)).abs() / GREATEST_DIFFERENCE;
-                // A filter that makes no number at all is as bad as can be.
-                if off.is_nan() { f32::INFINITY } else { worst.max(off) }
-            });
-            errors.push((format, error));
-        }
-        Ok(Self { errors })
-    }
+    Ok(FilterErrors::new(errors))
 }
 
 /// Places inside the cell of the eight voxels, 0..=1 along each axis: well spread, the corners' fractions among them.
@@ -121,6 +101,7 @@ fn step_of(format: wgpu::TextureFormat, value: f32) -> f32 {
 
 /// What a trial needs whatever the format.
 struct Trial {
+    layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
     sampler: wgpu::Sampler,
     places: wgpu::Buffer,
@@ -130,14 +111,8 @@ impl Trial {
     fn new(gpu: &Gpu, places: &[[f32; 3]]) -> Self {
         let device = gpu.device();
         let shader = SHADER.module(device);
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("filter"),
-            layout: Some(&pipeline_layout(device)),
-            module: &shader,
-            entry_point: Some("filter_at_places"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
+        let layout = layout(device);
+        let pipeline = compute_pipeline(device, &shader, "filter_at_places", &[Some(&layout)], &[]);
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,
@@ -147,7 +122,7 @@ impl Trial {
         let coordinates: Vec<[f32; 4]> =
             places.iter().map(|p| [0.25 + 0.5 * p[0], 0.25 + 0.5 * p[1], 0.25 + 0.5 * p[2], 0.0]).collect();
         let places = gpu.buffer("places", bytemuck::cast_slice(&coordinates), wgpu::BufferUsages::STORAGE);
-        Self { pipeline, sampler, places }
+        Self { layout, pipeline, sampler, places }
     }
 
     /// Submits a trial of each format; the buffers will hold the values.
@@ -198,15 +173,7 @@ impl Trial {
             self.places.as_entire_binding(),
             values.as_entire_binding(),
         ];
-        let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let group = bind_in_order(device, &self.layout, &resources);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.pipeline);
@@ -218,46 +185,16 @@ impl Trial {
     }
 }
 
-fn pipeline_layout(device: &wgpu::Device) -> wgpu::PipelineLayout {
-    let storage = |read_only| wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Storage { read_only },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let types = [
-        wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: true },
-            view_dimension: wgpu::TextureViewDimension::D3,
-            multisampled: false,
-        },
-        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-        storage(true),
-        storage(false),
-    ];
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
-        .zip(types)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty,
-            count: None,
-        })
-        .collect();
-    let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("filter"),
-        entries: &entries,
-    });
-    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("filter"),
-        bind_group_layouts: &[Some(&group)],
-        immediate_size: 0,
-    })
+fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let voxels = floats(true, wgpu::TextureViewDimension::D3);
+    group_layout_of(device, "filter", COMPUTE, &[voxels, sampler(true), storage(true), storage(false)])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::context::GpuOptions;
+    use crate::context::filter_errors::LARGEST_ERROR;
 
     #[test]
     fn rounding_to_steps_is_not_exact_enough() {

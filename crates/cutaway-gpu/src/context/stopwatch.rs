@@ -1,6 +1,6 @@
 //! How long the device worked on passes, where it can tell.
 
-use super::Gpu;
+use super::gpu::Gpu;
 use crate::error::GpuError;
 
 /// A time on the device's clock before the first and one after the last of several passes.

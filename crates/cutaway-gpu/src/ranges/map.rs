@@ -3,7 +3,7 @@
 use cutaway_core::value_ranges::{BLOCK, BlockGrid, ValueRanges};
 use cutaway_core::volume::{Volume, Voxels};
 
-use super::BlockLevels;
+use super::levels::BlockLevels;
 use crate::volume::Texels;
 
 /// From texels to 65535ths: `(texel - first) * scale`.

@@ -5,9 +5,11 @@
 //! read again: an edit of the transfer function goes from ranges to bits ([`Occupancy`]), and rays that look for an extreme
 //! value compare ranges with what they have.
 
+mod blocks;
 mod levels;
 mod map;
 mod occupancy;
+mod tasks;
 #[cfg(test)]
 mod tests;
 
@@ -17,17 +19,19 @@ use cutaway_core::volume::Volume;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{COMPUTE, UNIFORM, bind_in_order, compute_pipeline, floats, group_layout_of, storage};
 use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
+pub(crate) use blocks::GpuRanges;
 pub(crate) use levels::BlockLevels;
 pub(crate) use map::RangeMap;
-#[cfg(test)]
-pub(crate) use occupancy::OccupancyTask;
 pub(crate) use occupancy::{Criterion, Occupancy, read_words};
+#[cfg(test)]
+pub(crate) use occupancy::{OCCUPANCY_SHADER, OccupancyTask};
+use tasks::{dispatch, groups_of, uniform};
 
-/// The linked shaders.
+/// The linked shader.
 pub(crate) const RANGES_SHADER: Shader = shader!(ranges::value_ranges);
-pub(crate) const OCCUPANCY_SHADER: Shader = shader!(ranges::occupancy);
 
 /// Voxels that a software adapter reads in 100 ms at the least (two cores), and a GPU.
 const VOXELS_AT_ONCE: [u64; 2] = [8_000_000, 1_000_000_000];
@@ -47,36 +51,6 @@ pub(crate) struct RangesTask {
     pub(crate) reserved: [u32; 2],
 }
 
-/// The ranges of a volume's blocks.
-#[derive(Debug)]
-pub(crate) struct GpuRanges {
-    levels: BlockLevels,
-    map: RangeMap,
-    words: wgpu::Buffer,
-}
-
-impl GpuRanges {
-    /// What they are in.
-    pub(crate) fn map(&self) -> RangeMap {
-        self.map
-    }
-
-    /// The blocks that there are.
-    pub(crate) fn levels(&self) -> BlockLevels {
-        self.levels
-    }
-
-    /// A word a block: fine ones, then coarse ones.
-    pub(crate) fn words(&self) -> &wgpu::Buffer {
-        &self.words
-    }
-
-    /// What they take of the device's memory.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.words.size()
-    }
-}
-
 /// The pipelines that make ranges and occupancy.
 #[derive(Debug)]
 pub(crate) struct BlockPipelines {
@@ -92,12 +66,8 @@ impl BlockPipelines {
         gpu.checked("the shaders of blocks", || {
             let ranges = RANGES_SHADER.module(device);
             let layouts = [false, true].map(|filterable| {
-                let texture = wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable },
-                    view_dimension: wgpu::TextureViewDimension::D3,
-                    multisampled: false,
-                };
-                layout(device, "ranges", &[(0, UNIFORM), (1, storage(false)), (2, texture)])
+                let types = [UNIFORM, storage(false), floats(filterable, wgpu::TextureViewDimension::D3)];
+                group_layout_of(device, "ranges", COMPUTE, &types)
             });
             Self { layouts, ranges, occupancy: occupancy::Pipelines::new(device) }
         })
@@ -150,7 +120,9 @@ impl BlockPipelines {
                 mapped_at_creation: false,
             });
             let constants = [("WHOLE_TEXELS", f64::from(u8::from(map.whole)))];
-            let make = |(entry, constants)| compute_pipeline(device, &self.ranges, entry, layout, constants);
+            let make = |(entry, constants)| {
+                compute_pipeline(device, &self.ranges, entry, &[Some(layout)], constants)
+            };
             (words, [("fine_ranges", &constants[..]), ("coarse_ranges", &[])].map(make))
         })?;
         let run = |pipeline, groups: UVec3, first_layer| {
@@ -159,7 +131,7 @@ impl BlockPipelines {
                 let task = uniform(gpu, &task);
                 let voxels = wgpu::BindingResource::TextureView(&resident.voxels);
                 let bindings = [task.as_entire_binding(), words.as_entire_binding(), voxels];
-                dispatch(gpu, pipeline, &bind(device, layout, &bindings), groups);
+                dispatch(gpu, pipeline, &bind_in_order(device, layout, &bindings), groups);
             })
         };
         let layers = layers_at_once(levels, gpu.adapter().software);
@@ -192,91 +164,4 @@ fn layers_at_once(levels: &BlockLevels, software: bool) -> u32 {
     let layer = u64::from(levels.fine.x) * u64::from(levels.fine.y) * reads;
     let layers = VOXELS_AT_ONCE[usize::from(!software)] / layer.max(1);
     u32::try_from(layers).unwrap_or(u32::MAX / 2).clamp(2, u32::MAX / 2) / 2 * 2
-}
-
-fn groups_of(items: UVec3, per_group: UVec3) -> UVec3 {
-    UVec3::new(items.x.div_ceil(per_group.x), items.y.div_ceil(per_group.y), items.z.div_ceil(per_group.z))
-}
-
-const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
-    ty: wgpu::BufferBindingType::Uniform,
-    has_dynamic_offset: false,
-    min_binding_size: None,
-};
-
-const fn storage(read_only: bool) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Storage { read_only },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    }
-}
-
-fn layout(
-    device: &wgpu::Device,
-    label: &str,
-    bindings: &[(u32, wgpu::BindingType)],
-) -> wgpu::BindGroupLayout {
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
-        .iter()
-        .map(|&(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty,
-            count: None,
-        })
-        .collect();
-    device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-}
-
-fn uniform(gpu: &Gpu, task: &impl Pod) -> wgpu::Buffer {
-    gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM)
-}
-
-/// Resources at the bindings from 0 on.
-fn bind(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    resources: &[wgpu::BindingResource],
-) -> wgpu::BindGroup {
-    let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-}
-
-fn compute_pipeline(
-    device: &wgpu::Device,
-    shader: &wgpu::ShaderModule,
-    entry: &str,
-    layout: &wgpu::BindGroupLayout,
-    constants: &[(&str, f64)],
-) -> wgpu::ComputePipeline {
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(entry),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry),
-        layout: Some(&layout),
-        module: shader,
-        entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-        cache: None,
-    })
-}
-
-/// Submits one dispatch of so many workgroups.
-fn dispatch(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups: UVec3) {
-    let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, group, &[]);
-        pass.dispatch_workgroups(groups.x, groups.y, groups.z);
-    }
-    gpu.queue().submit([encoder.finish()]);
 }

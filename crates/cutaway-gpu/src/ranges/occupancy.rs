@@ -6,14 +6,19 @@
 use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
+use cutaway_core::glam::UVec3;
 
-use super::{
-    BlockLevels, GpuRanges, RangeMap, UNIFORM, bind, compute_pipeline, dispatch, groups_of, layout, storage,
-    uniform,
-};
+use super::blocks::GpuRanges;
+use super::levels::BlockLevels;
+use super::map::RangeMap;
+use super::tasks::{dispatch, groups_of, uniform};
 use crate::context::Gpu;
 use crate::error::GpuError;
-use cutaway_core::glam::UVec3;
+use crate::plumbing::{COMPUTE, UNIFORM, bind_buffers, compute_pipeline, group_layout_of, storage};
+use crate::shaders::{Shader, shader};
+
+/// The linked shader.
+pub(crate) const OCCUPANCY_SHADER: Shader = shader!(ranges::occupancy);
 
 /// Blocks that a software adapter decides on in 100 ms at the least, in words of 32.
 const WORDS_AT_ONCE: u32 = 1 << 16;
@@ -92,10 +97,10 @@ pub(crate) struct Pipelines {
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        let shader = super::OCCUPANCY_SHADER.module(device);
-        let bindings = [(0, UNIFORM), (1, storage(true)), (2, storage(true)), (3, storage(false))];
-        let layout = layout(device, "occupancy", &bindings);
-        let make = |entry| compute_pipeline(device, &shader, entry, &layout, &[]);
+        let shader = OCCUPANCY_SHADER.module(device);
+        let types = [UNIFORM, storage(true), storage(true), storage(false)];
+        let layout = group_layout_of(device, "occupancy", COMPUTE, &types);
+        let make = |entry| compute_pipeline(device, &shader, entry, &[Some(&layout)], &[]);
         let (fine, coarse) = (make("fine_occupancy"), make("coarse_occupancy"));
         Self { layout, fine, coarse }
     }
@@ -143,7 +148,7 @@ impl Occupancy {
             let bound = |task: &OccupancyTask| {
                 let task = uniform(gpu, task);
                 let buffers = [&task, ranges.words(), &criteria, &bits];
-                bind(device, &pipelines.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+                bind_buffers(device, &pipelines.layout, &buffers)
             };
             for first in (0..task.fine_words).step_by(WORDS_AT_ONCE as usize) {
                 let end = (first + WORDS_AT_ONCE).min(task.fine_words);

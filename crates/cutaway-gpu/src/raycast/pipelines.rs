@@ -8,6 +8,7 @@ use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
 use crate::frame::{FORMATS, Inputs, SamplingVariant, SceneBindings, diffuse_curve};
+use crate::plumbing::flag;
 use crate::shaders::{Shader, shader};
 
 /// The linked shader.
@@ -59,7 +60,6 @@ impl Variant {
             Mode::Minip => 3.0,
             Mode::Mean => 4.0,
         };
-        let flag = |on: bool| f64::from(u8::from(on));
         let mut constants = vec![
             ("MODE", mode),
             ("SHADED", flag(self.shaded)),

@@ -23,7 +23,7 @@ pub(super) fn sequence(front: u32) -> u32 {
 mod tests {
     use cutaway_core::glam::DVec3;
 
-    use super::super::SHADER;
+    use super::super::pipelines::SHADER;
     use super::super::planes::front_corner;
     use super::*;
 

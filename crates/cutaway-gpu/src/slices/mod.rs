@@ -47,18 +47,15 @@ use crate::frame::{
 };
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
-use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 use octree::{Brick, Octree};
+#[cfg(test)]
+pub(crate) use pipelines::{DEVELOP_SHADER, SHADER};
 use pipelines::{Made, Pipelines, Variant};
 use planes::Planes;
 #[cfg(test)]
 pub(crate) use planes::{BrickRecord, SliceUniforms};
 use targets::SliceTargets;
-
-/// The linked shaders.
-pub(crate) const SHADER: Shader = shader!(slices::slices);
-pub(crate) const DEVELOP_SHADER: Shader = shader!(slices::develop);
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -6,12 +6,18 @@ use std::sync::{Mutex, PoisonError};
 use cutaway_core::scene::{Gradient, Mode, Scene};
 
 use super::targets::{Blended, Blending, SliceTargets};
-use super::{DEVELOP_SHADER, SHADER};
 use crate::context::{Filtering, Gpu};
 use crate::error::GpuError;
-use crate::frame::SceneBindings;
-use crate::frame::{FORMATS, diffuse_curve};
+use crate::frame::{FORMATS, SceneBindings, diffuse_curve};
+use crate::plumbing::{
+    FRAGMENT, UNIFORM, VERTEX, bind_in_order, floats, group_layout_of, pipeline_layout, storage,
+};
+use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
+
+/// The linked shaders.
+pub(crate) const SHADER: Shader = shader!(slices::slices);
+pub(crate) const DEVELOP_SHADER: Shader = shader!(slices::develop);
 
 /// What is decided when a shader is compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -114,22 +120,15 @@ impl Pipelines {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         gpu.checked("the slice renderer's shaders", || {
             let device = gpu.device();
-            let buffer =
-                |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-            let uniform = buffer(wgpu::BufferBindingType::Uniform);
-            let bricks = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-            let texture = wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            };
-            use wgpu::ShaderStages as Stages;
+            let blended = floats(false, wgpu::TextureViewDimension::D2);
+            let layout =
+                |stages, types: &[wgpu::BindingType]| group_layout_of(device, "slices", stages, types);
             Self {
                 slices: SHADER.module(device),
                 develop: DEVELOP_SHADER.module(device),
                 bindings: SceneBindings::new(gpu),
-                slice_layout: layout(device, &[uniform, bricks], Stages::VERTEX_FRAGMENT),
-                develop_layout: layout(device, &[uniform, texture, texture], Stages::FRAGMENT),
+                slice_layout: layout(VERTEX | FRAGMENT, &[UNIFORM, storage(true)]),
+                develop_layout: layout(FRAGMENT, &[UNIFORM, blended, blended]),
                 made: Mutex::default(),
             }
         })
@@ -192,11 +191,8 @@ impl Pipelines {
 
     fn pipeline(&self, device: &wgpu::Device, variant: Variant, draw: &Draw) -> wgpu::RenderPipeline {
         let [scene, image, sampling] = self.bindings.layouts(variant.filterable);
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(draw.label),
-            bind_group_layouts: &[Some(scene), Some(image), Some(sampling), Some(draw.own)],
-            immediate_size: 0,
-        });
+        let groups = [Some(scene), Some(image), Some(sampling), Some(draw.own)];
+        let layout = pipeline_layout(device, draw.label, &groups);
         let compilation =
             wgpu::PipelineCompilationOptions { constants: draw.constants, ..Default::default() };
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -229,7 +225,11 @@ impl Pipelines {
         uniforms: &wgpu::Buffer,
         bricks: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        bind(gpu, &self.slice_layout, &[uniforms.as_entire_binding(), bricks.as_entire_binding()])
+        bind_in_order(
+            gpu.device(),
+            &self.slice_layout,
+            &[uniforms.as_entire_binding(), bricks.as_entire_binding()],
+        )
     }
 
     /// Binds what slices were blended into. To be called within [`Gpu::checked`].
@@ -240,7 +240,7 @@ impl Pipelines {
         targets: &SliceTargets,
     ) -> wgpu::BindGroup {
         let [color, distance] = targets.views().map(wgpu::BindingResource::TextureView);
-        bind(gpu, &self.develop_layout, &[uniforms.as_entire_binding(), color, distance])
+        bind_in_order(gpu.device(), &self.develop_layout, &[uniforms.as_entire_binding(), color, distance])
     }
 }
 
@@ -254,27 +254,4 @@ struct Draw<'a> {
     topology: wgpu::PrimitiveTopology,
     constants: &'a [(&'a str, f64)],
     targets: &'a [Option<wgpu::ColorTargetState>],
-}
-
-fn layout(
-    device: &wgpu::Device,
-    types: &[wgpu::BindingType],
-    visibility: wgpu::ShaderStages,
-) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = (0u32..)
-        .zip(types)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty: *ty, count: None })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("slices"),
-        entries: &entries,
-    })
-}
-
-fn bind(gpu: &Gpu, layout: &wgpu::BindGroupLayout, resources: &[wgpu::BindingResource]) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0u32..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }

@@ -8,7 +8,8 @@ use cutaway_core::with_voxels;
 use rayon::prelude::*;
 
 use super::bricks::{Brick, BrickGrid, Plan, brick_of};
-use super::{Texels, texture_3d};
+use super::texels::Texels;
+use super::texture::texture_3d;
 use crate::context::Gpu;
 use crate::error::GpuError;
 

@@ -13,6 +13,7 @@
 mod atlas;
 mod bricks;
 mod texels;
+mod texture;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -29,6 +30,7 @@ use atlas::{Atlas, BYTES_AT_ONCE, slot_bytes};
 pub(crate) use bricks::Wanted;
 use bricks::{BrickGrid, Plan};
 pub use texels::Texels;
+use texture::texture_3d;
 
 /// A volume on the device.
 #[derive(Debug)]
@@ -294,19 +296,6 @@ fn whole_bytes(dimensions: UVec3, texels: &Texels) -> u64 {
 fn fits(gpu: &Gpu, dimensions: UVec3, texels: &Texels) -> bool {
     let can = gpu.capabilities();
     dimensions.max_element() <= can.max_texture_3d && whole_bytes(dimensions, texels) <= can.max_texture_bytes
-}
-
-fn texture_3d(gpu: &Gpu, label: &str, size: UVec3, format: wgpu::TextureFormat) -> wgpu::Texture {
-    gpu.device().create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: size.z },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    })
 }
 
 /// Uploads a whole volume, in layers of bounded size.

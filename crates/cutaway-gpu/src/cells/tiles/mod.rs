@@ -9,27 +9,23 @@
 //! spend nearly all of a frame on the former. They give each thread one stretch of the workgroups, and run both sides of every
 //! `if`: hence the order of workgroups, and loops where one would branch.
 
+pub(crate) mod numbers;
 mod pipelines;
 
 use bytemuck::{Pod, Zeroable};
 
 pub(super) use pipelines::TilePipelines;
+#[cfg(test)]
+pub(crate) use pipelines::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER};
 
-use super::Drawing;
-use super::pipelines::{bind, bind_buffers, pass};
+use self::numbers::{LIST_PARTS, ROW, RUNS_OF_GROUP, TEXELS, TILE, WINDOW};
+use super::drawing::Drawing;
+use super::pass::pass;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::Progress;
+use crate::plumbing::{bind, bind_buffers};
 use crate::ranges::read_words;
-
-/// Pixels along a side of a tile, as `TILE` in `record.wgsl`.
-const TILE: u32 = 8;
-
-/// Texels of a record, as `TEXELS` there.
-const TEXELS: u64 = 6;
-
-/// Texels of a row of records and lists, as `ROW_BITS` there.
-pub(super) const ROW: u32 = 1 << 12;
 
 /// Pixels along a side of the image at most: references are kept in 14 bits.
 const MOST_PIXELS: u32 = 1 << 14;
@@ -39,16 +35,6 @@ const AT_ONCE: u32 = 1 << 18;
 
 /// Entries of lists: at first and at most.
 const ENTRIES: [u64; 2] = [1 << 20, 1 << 24];
-
-/// Entries of a list that are drawn at once, as in `composite.wgsl`.
-const WINDOW: u32 = 2048;
-
-/// Parts of the list of tiles are 2 to this power, as in `composite.wgsl`.
-const LIST_PARTS: u32 = 5;
-
-/// Runs of a workgroup, a thread each, as in `bin.wgsl`, `mesh.wgsl` and `grid.wgsl`: few, for there are few runs, and every core
-/// is to have some.
-const RUNS_OF_GROUP: u32 = 16;
 
 /// Entries that a thread makes on average, at most: some drivers end a shader's loops after 65,535 rounds.
 const ENTRIES_A_RUN: u64 = 8192;
@@ -283,7 +269,7 @@ impl TileBuffers {
             let uniform = gpu.buffer("task", bytemuck::bytes_of(task), wgpu::BufferUsages::UNIFORM);
             let (records, list) = (view(&self.records), view(&self.lists));
             let group = bind(
-                gpu,
+                gpu.device(),
                 &steps.layouts.composite,
                 &[
                     (0, uniform.as_entire_binding()),
@@ -320,7 +306,7 @@ impl TileBuffers {
         gpu.checked("the image of tiles", || {
             let task = self.task(0, 0, 0);
             let uniform = gpu.buffer("task", bytemuck::bytes_of(&task), wgpu::BufferUsages::UNIFORM);
-            let group = bind_buffers(gpu, &steps.layouts.show, &[&uniform, &self.image]);
+            let group = bind_buffers(gpu.device(), &steps.layouts.show, &[&uniform, &self.image]);
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             {
                 let mut pass = pass(&mut encoder, drawing.colors, Some(wgpu::Color::TRANSPARENT));
@@ -335,7 +321,7 @@ impl TileBuffers {
     fn bind_lists(&self, gpu: &Gpu, steps: &TilePipelines, task: &wgpu::Buffer) -> wgpu::BindGroup {
         let (records, lists) = (view(&self.records), view(&self.lists));
         bind(
-            gpu,
+            gpu.device(),
             &steps.layouts.lists,
             &[
                 (0, task.as_entire_binding()),

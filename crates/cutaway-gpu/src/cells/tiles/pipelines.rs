@@ -1,9 +1,17 @@
 //! The pipelines that bin and draw tiles.
 
-use super::super::pipelines::{
-    COMPUTE, FRAGMENT, Variant, computed, group_layout, over_all, storage, texture, uniform,
+use super::super::variant::Variant;
+use crate::plumbing::{
+    COMPUTE, Drawn, FRAGMENT, UNIFORM, compute_pipeline, floats, group_layout, render_pipeline, storage,
+    texture,
 };
-use super::super::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER};
+use crate::shaders::{Shader, shader};
+
+/// The linked shaders.
+pub(crate) const TILES_MESH_SHADER: Shader = shader!(cells::tiles::mesh);
+pub(crate) const TILES_BIN_SHADER: Shader = shader!(cells::tiles::bin);
+pub(crate) const TILES_COMPOSITE_SHADER: Shader = shader!(cells::tiles::composite);
+pub(crate) const TILES_SHOW_SHADER: Shader = shader!(cells::tiles::show);
 
 /// Steps, and what they are bound to.
 #[derive(Debug)]
@@ -48,22 +56,22 @@ impl TileLayouts {
         let (read, write) = (storage(true), storage(false));
         let d2 = wgpu::TextureViewDimension::D2;
         let words = texture(wgpu::TextureSampleType::Uint, d2);
-        let floats = texture(wgpu::TextureSampleType::Float { filterable: false }, d2);
+        let floats = floats(false, d2);
         let records = stored(wgpu::TextureFormat::Rgba32Uint);
         Self {
-            key_mesh: make("keys", &compute(&[(3, read), (4, read), (6, write), (7, uniform()), (8, read)])),
+            key_mesh: make("keys", &compute(&[(3, read), (4, read), (6, write), (7, UNIFORM), (8, read)])),
             keep_mesh: make(
                 "records of a mesh",
-                &compute(&[(0, uniform()), (1, write), (2, records), (3, read), (4, read), (5, read)]),
+                &compute(&[(0, UNIFORM), (1, write), (2, records), (3, read), (4, read), (5, read)]),
             ),
             keep_grid: make(
                 "records of a grid",
-                &compute(&[(0, uniform()), (1, write), (2, records), (3, uniform()), (4, read), (5, read)]),
+                &compute(&[(0, UNIFORM), (1, write), (2, records), (3, UNIFORM), (4, read), (5, read)]),
             ),
             lists: make(
                 "lists of tiles",
                 &compute(&[
-                    (0, uniform()),
+                    (0, UNIFORM),
                     (1, write),
                     (2, write),
                     (3, write),
@@ -75,7 +83,7 @@ impl TileLayouts {
             composite: make(
                 "tiles",
                 &compute(&[
-                    (0, uniform()),
+                    (0, UNIFORM),
                     (1, read),
                     (2, read),
                     (3, read),
@@ -86,7 +94,7 @@ impl TileLayouts {
                     (8, stored(wgpu::TextureFormat::Rgba32Float)),
                 ]),
             ),
-            show: make("image in tiles", &[(0, FRAGMENT, uniform()), (1, FRAGMENT, read)]),
+            show: make("image in tiles", &[(0, FRAGMENT, UNIFORM), (1, FRAGMENT, read)]),
         }
     }
 }
@@ -104,12 +112,12 @@ impl TilePipelines {
         let composite = TILES_COMPOSITE_SHADER.module(device);
         let show = TILES_SHOW_SHADER.module(device);
         let of_mesh =
-            |entry, layout| computed(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
-        let of_lists = |entry| computed(device, &bin, entry, &[Some(&layouts.lists)], &[]);
+            |entry, layout| compute_pipeline(device, &mesh, entry, &[None, Some(layout), Some(tables)], &[]);
+        let of_lists = |entry| compute_pipeline(device, &bin, entry, &[Some(&layouts.lists)], &[]);
         let composite = |whole: f64, parallel: f64, filterable: usize| {
             let groups = [Some(&scene[filterable]), Some(&layouts.composite), Some(tables)];
             let constants = [("WHOLE", whole), ("PARALLEL", parallel)];
-            computed(device, &composite, "composite_tiles", &groups, &constants)
+            compute_pipeline(device, &composite, "composite_tiles", &groups, &constants)
         };
         let composites = [0.0, 1.0].map(|whole| {
             [0.0, 1.0].map(|parallel| [0, 1].map(|filterable| composite(whole, parallel, filterable)))
@@ -121,7 +129,17 @@ impl TilePipelines {
             sum_tiles: of_lists("sum_tiles"),
             list_runs: of_lists("list_runs"),
             composites,
-            show: over_all(device, "image in tiles", &show, ["show_all", "show_pixel"], &layouts.show),
+            show: render_pipeline(
+                device,
+                &show,
+                ["show_all", "show_pixel"],
+                &Drawn {
+                    label: "image in tiles",
+                    groups: &[Some(&layouts.show)],
+                    constants: &[],
+                    targets: &[Some(wgpu::TextureFormat::Rgba32Float.into())],
+                },
+            ),
             layouts,
         }
     }

@@ -25,17 +25,23 @@ mod textures;
 
 use cutaway_core::clip::{BufferDepth, Crossing, SegmentLimit};
 
-use super::SWEEP_PEEL_SHADER;
 use super::lists::FrameInputs;
-use super::sweep::{Sweep, SweepInputs, bind};
+use super::sweep::{Sweep, SweepInputs};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{bind, bind_buffers, bind_in_order};
+use crate::shaders::{Shader, shader};
+#[cfg(test)]
+pub(crate) use pipelines::{PEEL_COUNT_SHADER, PEEL_SHADER};
 use pipelines::{PassKind, Pipelines, sweep_bindings};
 #[cfg(test)]
 pub(crate) use plan::PeeledMesh;
 use plan::{Counts, LayerRun, Plan, PlanSettings};
 pub use read::ClipLayer;
 use textures::{Pass, Textures};
+
+/// The linked shader that sweeps over layers.
+pub(crate) const SWEEP_PEEL_SHADER: Shader = shader!(clip_layers::sweep_peel);
 
 /// How far peeling goes without a limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,15 +148,7 @@ impl Peeler {
             let views = [&textures.all_layers, &textures.all_ends].map(wgpu::BindingResource::TextureView);
             let [layers, ends] = views;
             let resources = [layers, ends, meshes.as_entire_binding()];
-            let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-                .zip(resources)
-                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-                .collect();
-            gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("layers"),
-                layout: self.sweep.source_layout(),
-                entries: &entries,
-            })
+            bind_in_order(gpu.device(), self.sweep.source_layout(), &resources)
         })?;
         let FrameInputs { frame, clip, limit, radius, segments } = *inputs;
         self.sweep.submit(gpu, &SweepInputs { frame, clip, limit, radius, segments, source: &source })
@@ -180,17 +178,11 @@ impl Peeler {
     fn bind_meshes(&self, gpu: &Gpu, inputs: &FrameInputs) -> Result<Vec<MeshGroups>, GpuError> {
         let [frame, leaves, mesh, _] = self.pipelines.layouts();
         gpu.checked("meshes to peel", || {
-            let leaves = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: leaves,
-                entries: &[wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: inputs.clip.leaves.as_entire_binding(),
-                }],
-            });
-            let frame = bind(gpu, frame, &[inputs.frame]);
+            let device = gpu.device();
+            let leaves = bind(device, leaves, &[(1, inputs.clip.leaves.as_entire_binding())]);
+            let frame = bind_buffers(device, frame, &[inputs.frame]);
             let group = |(leaf, of): &(u32, std::sync::Arc<super::mesh::GpuMesh>)| MeshGroups {
-                shared: [frame.clone(), leaves.clone(), bind(gpu, mesh, &of.buffers().each_ref())],
+                shared: [frame.clone(), leaves.clone(), bind_buffers(device, mesh, &of.buffers().each_ref())],
                 leaf: *leaf,
                 triangles: of.triangles(),
                 mirrored: inputs.clip.mirrored.get(*leaf as usize).copied().unwrap_or(false),
@@ -248,15 +240,8 @@ impl Peeler {
     }
 
     fn bind_pass(&self, gpu: &Gpu, pass: &Pass) -> wgpu::BindGroup {
-        let entry = |binding, view| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::TextureView(view),
-        };
-        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("pass before"),
-            layout: &self.pipelines.layouts()[3],
-            entries: &[entry(0, &pass.depth), entry(1, &pass.triangle)],
-        })
+        let views = [&pass.depth, &pass.triangle].map(wgpu::BindingResource::TextureView);
+        bind_in_order(gpu.device(), &self.pipelines.layouts()[3], &views)
     }
 
     /// How many pixels each layer covers.

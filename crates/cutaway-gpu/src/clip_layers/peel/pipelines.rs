@@ -6,9 +6,14 @@ use std::sync::{Mutex, PoisonError};
 use cutaway_core::clip::BufferDepth;
 
 use super::textures::{DEPTH_FORMAT, ENDS_FORMAT, TRIANGLE_FORMAT, layer_format};
-use crate::clip_layers::{PEEL_COUNT_SHADER, PEEL_SHADER};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::shaders::{Shader, shader};
+
+/// The linked shader that peels meshes into layers.
+pub(crate) const PEEL_SHADER: Shader = shader!(clip_layers::peel);
+/// The linked shader that counts what layers cover.
+pub(crate) const PEEL_COUNT_SHADER: Shader = shader!(clip_layers::peel_count);
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -2,6 +2,8 @@
 
 use cutaway_core::scene::{Gradient, Mode, Sampling, Scene};
 
+use crate::plumbing::flag;
+
 /// Which kernel adds up the steps of composite mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Stepping {
@@ -61,7 +63,6 @@ impl SamplingVariant {
             Gradient::Sobel => 1.0,
             Gradient::Precomputed => 2.0,
         };
-        let flag = |on: bool| f64::from(u8::from(on));
         [
             ("STEPPING", stepping),
             ("JITTER", flag(self.jitter)),
