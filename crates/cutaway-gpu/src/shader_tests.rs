@@ -396,3 +396,92 @@ fn what_cells_are_told_matches_their_shaders() {
     assert_layout!(spans, "MeshSpan", MeshTask { first, end, depth_least, depth_scale });
     assert_layout!(module(crate::cells::SORT_SHADER), "SortTask", SortTask { count, run, shift, runs });
 }
+
+/// The value of a constant of a linked shader.
+fn constant(shader: Shader, name: &str) -> f64 {
+    let module = module(shader);
+    let found = module.constants.iter().find(|(_, constant)| constant.name.as_deref() == Some(name));
+    let (_, found) = found.unwrap_or_else(|| panic!("{} has no constant {name}", shader.path));
+    let naga::Expression::Literal(literal) = module.global_expressions[found.init] else {
+        panic!("{name} of {} is no number", shader.path)
+    };
+    match literal {
+        naga::Literal::U32(value) => value.into(),
+        naga::Literal::I32(value) => value.into(),
+        naga::Literal::F32(value) => value.into(),
+        naga::Literal::F64(value) | naga::Literal::AbstractFloat(value) => value,
+        naga::Literal::AbstractInt(value) => value as f64,
+        other => panic!("{name} of {} is {other:?}", shader.path),
+    }
+}
+
+/// Numbers that the host and shaders hold, or several shaders.
+#[test]
+fn numbers_that_both_sides_hold_are_equal() {
+    use crate::cells::numbers as cells;
+    use crate::cells::{
+        DRAW_SHADER, PROJECT_MESH_SHADER, SELECT_SHADER, SORT_SHADER, TILES_BIN_SHADER,
+        TILES_COMPOSITE_SHADER, TILES_MESH_SHADER,
+    };
+    let gauss = 0.5 - 0.5 / 3.0f64.sqrt();
+    let least_cosine = cutaway_core::clip::Impregnation::LEAST_COSINE;
+    let not_drawn = constant(SORT_SHADER, "NOT_DRAWN");
+    let numbers = [
+        (crate::raycast::SHADER, "GAUSS", gauss),
+        (crate::slices::SHADER, "GAUSS", gauss),
+        // The ends of a step from its points, in distances of the points.
+        (crate::raycast::SHADER, "BEYOND_GAUSS", gauss / (1.0 - 2.0 * gauss)),
+        (crate::slices::SHADER, "BEYOND_GAUSS", gauss / (1.0 - 2.0 * gauss)),
+        (crate::raycast::SHADER, "LEAST_COSINE", least_cosine),
+        (crate::slices::SHADER, "LEAST_COSINE", least_cosine),
+        (DRAW_SHADER, "LEAST_COSINE", least_cosine),
+        (crate::raycast::SHADER, "NO_DEPTH", crate::frame::NO_DEPTH.into()),
+        (crate::slices::DEVELOP_SHADER, "NO_DEPTH", crate::frame::NO_DEPTH.into()),
+        (crate::frame::FILL_SHADER, "NO_DEPTH", crate::frame::NO_DEPTH.into()),
+        (crate::geometry::BEHIND_SHADER, "NO_DISTANCE", crate::geometry::NO_DISTANCE),
+        (TILES_MESH_SHADER, "TEXELS", cells::TEXELS as f64),
+        (TILES_MESH_SHADER, "ROW_BITS", f64::from(cells::ROW).log2()),
+        (TILES_MESH_SHADER, "TILE", cells::TILE.into()),
+        (TILES_COMPOSITE_SHADER, "TILE", cells::TILE.into()),
+        (TILES_COMPOSITE_SHADER, "WINDOW", cells::WINDOW.into()),
+        (TILES_COMPOSITE_SHADER, "LIST_PARTS", cells::LIST_PARTS.into()),
+        (PROJECT_MESH_SHADER, "NOT_DRAWN", not_drawn),
+        (TILES_MESH_SHADER, "NOT_DRAWN", not_drawn),
+        (DRAW_SHADER, "PSI_SIDE", cells::PSI_SIDE as f64),
+        (DRAW_SHADER, "EXPONENTIALS", cells::EXPONENTIALS as f64),
+        (DRAW_SHADER, "BINS", cells::BINS.into()),
+        (SELECT_SHADER, "OFFSETS", cells::OFFSETS as f64),
+        (TILES_BIN_SHADER, "TEXELS", cells::TEXELS as f64),
+    ];
+    for (shader, name, expected) in numbers {
+        let found = constant(shader, name);
+        // As far as shaders count.
+        assert_eq!(found as f32, expected as f32, "{name} of {}", shader.path);
+    }
+}
+
+/// Entry points of a shader by the size of their workgroups along x.
+fn workgroups(shader: Shader) -> Vec<u32> {
+    module(shader).entry_points.iter().map(|entry| entry.workgroup_size[0]).collect()
+}
+
+#[test]
+fn runs_of_a_workgroup_are_as_many_as_the_host_counts() {
+    use crate::cells::{TILES_BIN_SHADER, TILES_GRID_SHADER, TILES_MESH_SHADER, numbers::RUNS_OF_GROUP};
+    for shader in [TILES_BIN_SHADER, TILES_GRID_SHADER, TILES_MESH_SHADER] {
+        assert!(workgroups(shader).contains(&RUNS_OF_GROUP), "{}", shader.path);
+    }
+}
+
+#[test]
+fn light_between_gauss_points_is_extrapolated_alike_and_never_below_none() {
+    for shader in [crate::raycast::SHADER, crate::slices::SHADER] {
+        let module = module(shader);
+        let function = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some("extrapolated"));
+        let (_, function) = function.unwrap_or_else(|| panic!("{} extrapolates otherwise", shader.path));
+        let bounded = function.expressions.iter().filter(|(_, expression)| {
+            matches!(expression, naga::Expression::Math { fun: naga::MathFunction::Max, .. })
+        });
+        assert_eq!(bounded.count(), 2, "{}: a factor and a white", shader.path);
+    }
+}

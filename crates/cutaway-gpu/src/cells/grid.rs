@@ -5,6 +5,7 @@ use cutaway_core::glam::UVec3;
 
 use super::basis::basis;
 use super::drawing::{Drawing, indices};
+use super::numbers::{EDGE, OFFSETS};
 use super::options::Split;
 use super::pass::pass;
 use super::pipelines::{GridPipelines, Pipelines};
@@ -16,14 +17,8 @@ use crate::error::GpuError;
 use crate::frame::Progress;
 use crate::plumbing::bind_buffers;
 
-/// Cells along an edge of a block, as in `select.wgsl`.
-const EDGE: u32 = 8;
-
 /// Blocks of a chunk: of a software adapter, so that drawing one stays near 100 ms, and of a GPU, for memory.
 const CHUNK: [u32; 2] = [64, 256];
-
-/// Words before the places of blocks in the work buffer, as in `select.wgsl`.
-const OFFSETS: u64 = 32;
 
 /// Indices of a tetrahedron: four triangles.
 const INDICES: u32 = 12;

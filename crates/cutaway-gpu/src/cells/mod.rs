@@ -29,6 +29,7 @@ mod drawing;
 mod grid;
 mod layouts;
 mod mesh;
+pub(crate) mod numbers;
 mod options;
 mod pass;
 mod pipelines;

@@ -4,23 +4,14 @@ use bytemuck::{Pod, Zeroable};
 use cutaway_core::scene::Scene;
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 
-use super::tiles::numbers::ROW;
+use super::numbers::{BINS, EXPONENTIALS, PSI_SIDE, ROW};
 use super::view::ViewUniforms;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::volume::Texels;
 
-/// Bins of a volume's range, as in `pieces.wgsl`.
-const BINS: u32 = 1024;
-
-/// The same as a number.
+/// Bins of a volume's range, as a number.
 pub(super) const BINS_OF_RANGE: f64 = BINS as f64;
-
-/// Along each side of the psi table, as in `integral.wgsl`.
-const PSI_SIDE: usize = 128;
-
-/// Entries of the exponential table, as in `integral.wgsl`.
-const EXPONENTIALS: usize = 256;
 
 /// Pieces that a tetrahedron can name.
 const MOST_PIECES: usize = 30_000;

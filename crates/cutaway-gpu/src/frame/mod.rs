@@ -42,5 +42,7 @@ pub(crate) use readback::{Read, read, read_colors};
 #[cfg(test)]
 pub(crate) use sampling::{DIRECTIONS_SHADER, Slab};
 pub(crate) use sampling::{GpuDirections, GpuPreintegration, SamplingVariant, cost_of_step};
+#[cfg(test)]
+pub(crate) use targets::NO_DEPTH;
 pub(crate) use targets::{FORMATS, SAMPLES_AT_ONCE, Targets, tiles};
 pub(crate) use uniforms::FrameUniforms;

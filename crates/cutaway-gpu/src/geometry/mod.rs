@@ -26,7 +26,7 @@ const FORMATS: [wgpu::TextureFormat; 2] = [wgpu::TextureFormat::Rgba32Float, wgp
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Where nothing is.
-const NO_DISTANCE: f64 = 1e30;
+pub(crate) const NO_DISTANCE: f64 = 1e30;
 
 /// A mesh to be drawn.
 #[derive(Clone, Debug)]

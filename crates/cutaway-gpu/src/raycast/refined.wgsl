@@ -2,7 +2,9 @@
 // be, jittered, on planes of voxels, or lit by another gradient. Apart from the plain kernel, which they would slow down.
 
 import package::frame::sampling::gradient::{gradient_samples, light_gradient};
-import package::frame::sampling::preintegration::{End, coordinate_of, opacity_of_share, visible_between, whole_step};
+import package::frame::sampling::preintegration::{
+    BEYOND_GAUSS, End, GAUSS, coordinate_of, extrapolated, opacity_of_share, visible_between, whole_step,
+};
 import package::raycast::composite::absorb;
 import package::raycast::pixel::Pixel;
 import package::raycast::steps::{Step, Steps, step_at, step_of, steps_before, steps_of};
@@ -126,11 +128,6 @@ fn run_by_middles(pixel: ptr<function, Pixel>, ray: Ray, face: Face, steps: Step
     }
 }
 
-// Where the Gauss points of a step are, (1 - 1/sqrt(3)) / 2 of it from its ends, and how far the ends are beyond them in
-// distances of the points.
-const GAUSS_POINT = 0.21132487;
-const BEYOND = 0.3660254;
-
 // Steps by the integral along the straight line that stands for the field, and for the light, over a step: the line
 // through both at the two Gauss points. Its integral is that of the field up to cubics, which the field is along a ray
 // within a cell; the line through the step's ends is off by the field's curvature, which shows more than half as many
@@ -139,11 +136,11 @@ fn preintegrated_run(pixel: ptr<function, Pixel>, ray: Ray, face: Face, steps: S
     for (var i = begin; i < end; i += 1) {
         let at = step_at(steps, i);
         (*pixel).taken += 1u;
-        let t = vec2f(at.t + GAUSS_POINT * at.length, at.t + (1.0 - GAUSS_POINT) * at.length);
+        let t = vec2f(at.t + GAUSS * at.length, at.t + (1.0 - GAUSS) * at.length);
         let near = value_at(position(ray, t.x));
         let far = value_at(position(ray, t.y));
         (*pixel).samples += 2u;
-        let beyond = BEYOND * (far - near);
+        let beyond = BEYOND_GAUSS * (far - near);
         var front = End(coordinate_of(near - beyond), UNLIT);
         var back = End(coordinate_of(far + beyond), UNLIT);
         if SHADED && visible_between(front, back) {
@@ -157,11 +154,6 @@ fn preintegrated_run(pixel: ptr<function, Pixel>, ray: Ray, face: Face, steps: S
             return;
         }
     }
-}
-
-// The light at a's end of a step: on the line through both points, but no less than none.
-fn extrapolated(a: Terms, b: Terms) -> Terms {
-    return Terms(max(a.factor + BEYOND * (a.factor - b.factor), 0.0), max(a.white + BEYOND * (a.white - b.white), 0.0));
 }
 
 // What a whole step adds, cut down to what there is of it.

@@ -7,7 +7,9 @@
 // bricks do not show.
 
 import package::frame::sampling::gradient::light_gradient;
-import package::frame::sampling::preintegration::{End, coordinate_of, opacity_of_share, visible_between, whole_step};
+import package::frame::sampling::preintegration::{
+    BEYOND_GAUSS, End, GAUSS, coordinate_of, extrapolated, opacity_of_share, visible_between, whole_step,
+};
 import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, face_of, impregnated};
 import package::shared::frame::frame;
@@ -157,11 +159,6 @@ fn piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     return vec4f(alpha * lit(entry.xyz, terms), alpha);
 }
 
-// Where the Gauss points of a piece are, (1 - 1/sqrt(3)) / 2 of it from its ends, and how far the ends are beyond them in
-// distances of the points: the line through both stands for the field, as in the ray caster.
-const GAUSS = 0.21132487;
-const BEYOND_GAUSS = 0.3660254;
-
 fn integrated_piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     let length = far - near;
     let t = vec2f(near + GAUSS * length, far - GAUSS * length);
@@ -176,8 +173,8 @@ fn integrated_piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     if SHADED {
         let a = terms_at(ray, face, t.x);
         let b = terms_at(ray, face, t.y);
-        front.terms = beyond_of(a, b);
-        back.terms = beyond_of(b, a);
+        front.terms = extrapolated(a, b);
+        back.terms = extrapolated(b, a);
     }
     let whole = whole_step(front, back);
     if whole.w <= 0.0 {
@@ -185,11 +182,6 @@ fn integrated_piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     }
     let alpha = opacity_of_share(whole.w, length / frame.step_length);
     return vec4f((alpha / whole.w) * whole.xyz, alpha);
-}
-
-// The light at a's end of a piece.
-fn beyond_of(a: Terms, b: Terms) -> Terms {
-    return Terms(a.factor + BEYOND_GAUSS * (a.factor - b.factor), a.white + BEYOND_GAUSS * (a.white - b.white));
 }
 
 // Of extreme values: the greatest texel, negated where the least is looked for. Of means: texel times length, and length.

@@ -9,7 +9,6 @@
 //! spend nearly all of a frame on the former. They give each thread one stretch of the workgroups, and run both sides of every
 //! `if`: hence the order of workgroups, and loops where one would branch.
 
-pub(crate) mod numbers;
 mod pipelines;
 
 use bytemuck::{Pod, Zeroable};
@@ -18,8 +17,8 @@ pub(super) use pipelines::TilePipelines;
 #[cfg(test)]
 pub(crate) use pipelines::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER};
 
-use self::numbers::{LIST_PARTS, ROW, RUNS_OF_GROUP, TEXELS, TILE, WINDOW};
 use super::drawing::Drawing;
+use super::numbers::{LIST_PARTS, ROW, RUNS_OF_GROUP, TEXELS, TILE, WINDOW};
 use super::pass::pass;
 use crate::context::Gpu;
 use crate::error::GpuError;

@@ -8,6 +8,11 @@ import package::shared::lighting::{SHADED, Terms};
 // Back node fastest. Lit: front weights, then back weights, of red, green, blue and opacity. Unlit: their sum.
 @group(2) @binding(1) var<storage, read> integrals: array<vec4f>;
 
+// Where the Gauss points of a step are, (1 - 1/sqrt(3)) / 2 of it from its ends, and how far the ends are beyond them in
+// distances of the points: the line through both stands for the field, and for the light.
+const GAUSS = 0.21132487;
+const BEYOND_GAUSS = 0.3660254;
+
 // One end of a step: its value's coordinate among the nodes, and its light.
 struct End {
     coordinate: f32,
@@ -62,4 +67,11 @@ fn visible_between(front: End, back: End) -> bool {
     let column = min(u32(back.coordinate), last);
     let weights = vec2f(front.coordinate - f32(row), back.coordinate - f32(column));
     return integral(row, column, weights, 0u).w > 0.0;
+}
+
+// The light at a's end of a step: on the line through both points, but no less than none.
+fn extrapolated(a: Terms, b: Terms) -> Terms {
+    let factor = a.factor + BEYOND_GAUSS * (a.factor - b.factor);
+    let white = a.white + BEYOND_GAUSS * (a.white - b.white);
+    return Terms(max(factor, 0.0), max(white, 0.0));
 }
