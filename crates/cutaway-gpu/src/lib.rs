@@ -21,7 +21,7 @@
 
 pub mod cells;
 mod classification;
-mod clip_layers;
+mod clipping;
 pub mod context;
 mod error;
 mod frame;
@@ -37,7 +37,7 @@ mod volume;
 
 pub use cells::{CellOptions, CellRenderer, CellStatistics};
 pub use classification::GpuClassification;
-pub use clip_layers::{ClipLayer, ClipStatistics, PeelSettings};
+pub use clipping::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
 pub use frame::{FetchCounts, ShownFrame};

@@ -140,7 +140,7 @@ pub(crate) fn render_pipeline(
     device: &wgpu::Device,
     shader: &wgpu::ShaderModule,
     [vertex, fragment]: [&str; 2],
-    drawn: &Drawn,
+    drawn: &RenderSetup,
 ) -> wgpu::RenderPipeline {
     let layout = pipeline_layout(device, drawn.label, drawn.groups);
     let compilation = wgpu::PipelineCompilationOptions { constants: drawn.constants, ..Default::default() };
@@ -168,7 +168,7 @@ pub(crate) fn render_pipeline(
 }
 
 /// What a [`render_pipeline`] is bound to, and draws into.
-pub(crate) struct Drawn<'a> {
+pub(crate) struct RenderSetup<'a> {
     pub(crate) label: &'a str,
     pub(crate) groups: &'a [Option<&'a wgpu::BindGroupLayout>],
     pub(crate) constants: &'a [(&'a str, f64)],

@@ -20,11 +20,11 @@ const SHADERS: &[Shader] = &[
     crate::frame::FILL_SHADER,
     crate::frame::BLUR_SHADER,
     crate::frame::DIRECTIONS_SHADER,
-    crate::clip_layers::LISTS_SHADER,
-    crate::clip_layers::SWEEP_SHADER,
-    crate::clip_layers::PEEL_SHADER,
-    crate::clip_layers::PEEL_COUNT_SHADER,
-    crate::clip_layers::SWEEP_PEEL_SHADER,
+    crate::clipping::LISTS_SHADER,
+    crate::clipping::SWEEP_SHADER,
+    crate::clipping::PEEL_SHADER,
+    crate::clipping::PEEL_COUNT_SHADER,
+    crate::clipping::SWEEP_PEEL_SHADER,
     crate::cells::DRAW_SHADER,
     crate::cells::SELECT_SHADER,
     crate::cells::PROJECT_GRID_SHADER,
@@ -81,11 +81,11 @@ macro_rules! assert_layout {
 
 #[test]
 fn peeled_meshes_match_the_shader() {
-    let module = module(crate::clip_layers::SWEEP_PEEL_SHADER);
+    let module = module(crate::clipping::SWEEP_PEEL_SHADER);
     assert_layout!(
         module,
         "PeeledMesh",
-        crate::clip_layers::PeeledMesh {
+        crate::clipping::PeeledMesh {
             leaf,
             entering,
             entering_count,
@@ -228,7 +228,7 @@ fn tasks_of_blocks_match_their_shaders() {
 
 #[test]
 fn proxy_uniforms_match_the_shaders() {
-    use crate::proxy::{BuildUniforms, LimitsUniforms, ViewUniforms};
+    use crate::proxy::{BuildUniforms, LimitsUniforms, ProxyViewUniforms};
     assert_layout!(
         module(crate::proxy::CELLS_SHADER),
         "Build",
@@ -247,8 +247,8 @@ fn proxy_uniforms_match_the_shaders() {
     );
     assert_layout!(
         module(crate::proxy::VIEW_SHADER),
-        "View",
-        ViewUniforms {
+        "ProxyView",
+        ProxyViewUniforms {
             clip_from_voxel,
             world_from_voxel_x,
             slack,
@@ -284,11 +284,11 @@ fn what_passes_are_told_matches_their_shaders() {
 
 #[test]
 fn clip_objects_match_the_shader() {
-    for source in [crate::clip_layers::LISTS_SHADER, crate::clip_layers::SWEEP_SHADER] {
+    for source in [crate::clipping::LISTS_SHADER, crate::clipping::SWEEP_SHADER] {
         assert_layout!(
             module(source),
             "Leaf",
-            crate::clip_layers::Leaf {
+            crate::clipping::Leaf {
                 linear_x,
                 kind,
                 linear_y,
@@ -314,11 +314,11 @@ fn clip_objects_match_the_shader() {
 
 #[test]
 fn sweep_settings_match_the_shader() {
-    let source = crate::clip_layers::SWEEP_SHADER;
+    let source = crate::clipping::SWEEP_SHADER;
     assert_layout!(
         module(source),
         "SweepSettings",
-        crate::clip_layers::SweepUniforms {
+        crate::clipping::SweepUniforms {
             first_pixel,
             width,
             leaf_count,
@@ -331,18 +331,18 @@ fn sweep_settings_match_the_shader() {
             reserved,
         }
     );
-    let words = format!("const OWN_WORDS = {}u", crate::clip_layers::OWN_WORDS);
+    let words = format!("const OWN_WORDS = {}u", crate::clipping::OWN_WORDS);
     assert!(source.linked.contains(&words), "the shader holds another number of words than `{words}`");
 }
 
 #[test]
 fn what_cells_are_told_matches_their_shaders() {
-    use crate::cells::{BasisTetrahedron, MeshTask, Piece, SelectTask, SortTask, ViewUniforms};
+    use crate::cells::{BasisTetrahedron, CellViewUniforms, MeshTask, Piece, SelectTask, SortTask};
     let draw = module(crate::cells::DRAW_SHADER);
     assert_layout!(
         draw,
-        "View",
-        ViewUniforms {
+        "CellView",
+        CellViewUniforms {
             x,
             y,
             depth,

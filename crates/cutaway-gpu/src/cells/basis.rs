@@ -6,7 +6,7 @@ use cutaway_core::glam::{DVec3, DVec4};
 use cutaway_core::tetrahedra::five_of_a_cell;
 
 use super::options::Split;
-use super::view::View;
+use super::view::CellCamera;
 
 /// As `Basis` in `draw.wgsl`; a test holds the two against each other.
 #[repr(C)]
@@ -19,7 +19,7 @@ pub(crate) struct BasisTetrahedron {
 }
 
 /// The tetrahedra of a cell of parity 0 and of one of parity 1, six places each.
-pub(crate) fn basis(view: &View, split: Split) -> [BasisTetrahedron; 12] {
+pub(crate) fn basis(view: &CellCamera, split: Split) -> [BasisTetrahedron; 12] {
     std::array::from_fn(|i| {
         let (parity, tet) = (i as u32 / 6, i % 6);
         match split {
@@ -37,7 +37,7 @@ fn six_of_a_cell() -> [[u32; 4]; 6] {
 }
 
 /// The projection of one tetrahedron, as `project.wgsl` does it, which also says why.
-fn project(view: &View, corners: [u32; 4]) -> BasisTetrahedron {
+fn project(view: &CellCamera, corners: [u32; 4]) -> BasisTetrahedron {
     let p = corners.map(|c| {
         let at = DVec3::new(f64::from(c & 1), f64::from(c >> 1 & 1), f64::from(c >> 2));
         // From the cell's first corner: without the rows' constants.

@@ -11,7 +11,7 @@ use super::pass::pass;
 use super::pipelines::{GridPipelines, Pipelines};
 use super::tiles::TileBuffers;
 use super::variant::Source;
-use super::view::View;
+use super::view::CellCamera;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::Progress;
@@ -306,7 +306,7 @@ fn compute(
 /// A grid as a camera sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GridFrame<'a> {
-    pub(super) view: &'a View,
+    pub(super) view: &'a CellCamera,
     pub(super) cells: UVec3,
     /// Cells along an edge of the blocks that occupancy is known of.
     pub(super) known_edge: u32,

@@ -8,7 +8,7 @@ use super::drawing::{Drawing, indices};
 use super::pass::pass;
 use super::tables::{BinSpan, Tables};
 use super::tiles::TileBuffers;
-use super::view::View;
+use super::view::CellCamera;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::Progress;
@@ -54,7 +54,7 @@ pub(crate) struct SortTask {
 
 /// A mesh on the device, with what a frame makes of it.
 #[derive(Debug)]
-pub(super) struct GpuMesh {
+pub(super) struct GpuTetrahedra {
     points: u32,
     cells: u32,
     bounds: [DVec3; 2],
@@ -90,7 +90,7 @@ impl VisibleCells {
     }
 }
 
-impl GpuMesh {
+impl GpuTetrahedra {
     /// Uploads a mesh. `bin_of` is where a value stands in the tables of integrals.
     pub(super) fn new(
         gpu: &Gpu,
@@ -193,7 +193,12 @@ impl GpuMesh {
     }
 
     /// Draws all tetrahedra; returns how many.
-    pub(super) fn draw(&self, drawing: &Drawing, view: &View, progress: &Progress) -> Result<u64, GpuError> {
+    pub(super) fn draw(
+        &self,
+        drawing: &Drawing,
+        view: &CellCamera,
+        progress: &Progress,
+    ) -> Result<u64, GpuError> {
         let gpu = drawing.gpu;
         self.project(drawing, view)?;
         self.sort(drawing, self.cells)?;
@@ -232,7 +237,7 @@ impl GpuMesh {
     pub(super) fn draw_tiles(
         &self,
         drawing: &Drawing,
-        view: &View,
+        view: &CellCamera,
         visible: &VisibleCells,
         tiles: &mut TileBuffers,
         progress: &Progress,
@@ -283,7 +288,7 @@ impl GpuMesh {
         Ok(u64::from(total))
     }
 
-    fn project(&self, drawing: &Drawing, view: &View) -> Result<(), GpuError> {
+    fn project(&self, drawing: &Drawing, view: &CellCamera) -> Result<(), GpuError> {
         let gpu = drawing.gpu;
         let [least, greatest] = self.depths(view);
         let depth_scale = 1.0 / (greatest - least).max(f64::MIN_POSITIVE);
@@ -322,7 +327,7 @@ impl GpuMesh {
     }
 
     /// The depths between which all points are.
-    fn depths(&self, view: &View) -> [f64; 2] {
+    fn depths(&self, view: &CellCamera) -> [f64; 2] {
         let half = 0.5 * (self.bounds[1] - self.bounds[0]);
         let row = view.rows[2];
         let reach = row.truncate().abs().dot(half);

@@ -49,7 +49,7 @@ use cutaway_core::tetrahedra::TetrahedralMesh;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
-use crate::clip_layers::{ClipLayers, ClipStatistics, PeelSettings};
+use crate::clipping::{ClipStatistics, Clipping, PeelSettings};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::{
@@ -60,7 +60,7 @@ use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
 use drawing::{Drawing, Timing};
 use grid::{GridBuffers, GridFrame};
-use mesh::{GpuMesh, VisibleCells};
+use mesh::{GpuTetrahedra, VisibleCells};
 pub use options::{CellDrawing, CellIntegral, CellOptions, Split};
 use pass::pass;
 use pipelines::Pipelines;
@@ -68,7 +68,7 @@ pub use tables::PSI_ERROR;
 use tables::Tables;
 use tiles::TileBuffers;
 use variant::{Source, Variant};
-use view::View;
+use view::CellCamera;
 
 #[cfg(test)]
 pub(crate) use {
@@ -81,7 +81,7 @@ pub(crate) use {
     },
     tables::Piece,
     tiles::{TILES_BIN_SHADER, TILES_COMPOSITE_SHADER, TILES_MESH_SHADER, TILES_SHOW_SHADER, TileTask},
-    view::ViewUniforms,
+    view::CellViewUniforms,
 };
 
 /// What a frame took.
@@ -112,7 +112,7 @@ pub struct CellRenderer {
     targets: Mutex<Option<Targets>>,
     grid: Mutex<Option<GridBuffers>>,
     tiles: Mutex<Option<TileBuffers>>,
-    clip: Mutex<ClipLayers>,
+    clip: Mutex<Clipping>,
 }
 
 /// A volume or a mesh made ready.
@@ -121,14 +121,14 @@ pub struct PreparedCells {
     /// The volume, or the lattice of a mesh.
     volume: PreparedVolume,
     cells: UVec3,
-    mesh: Option<GpuMesh>,
+    mesh: Option<GpuTetrahedra>,
 }
 
 impl PreparedCells {
     /// Tetrahedra that there are, of a grid cut into so many a cell.
     pub fn tetrahedra(&self, split: Split) -> u64 {
         let cells = || self.cells.to_array().iter().map(|n| u64::from(*n)).product::<u64>();
-        self.mesh.as_ref().map_or_else(|| cells() * u64::from(split.count()), GpuMesh::cells)
+        self.mesh.as_ref().map_or_else(|| cells() * u64::from(split.count()), GpuTetrahedra::cells)
     }
 
     /// What was substituted so that it fits.
@@ -198,7 +198,7 @@ impl CellRenderer {
         let [lo, hi] = mesh.lattice().value_range();
         let scale = if hi > lo { tables::BINS_OF_RANGE / (hi - lo) } else { 0.0 };
         let bin_of = |value: f32| ((f64::from(value) - lo) * scale) as f32;
-        let gpu_mesh = GpuMesh::new(&self.gpu, mesh, bin_of)?;
+        let gpu_mesh = GpuTetrahedra::new(&self.gpu, mesh, bin_of)?;
         Ok(PreparedCells { volume, cells: UVec3::ZERO, mesh: Some(gpu_mesh) })
     }
 
@@ -291,15 +291,15 @@ impl CellRenderer {
         let size = targets.size();
         let voxels = cells.volume.voxels();
         let frame = FrameUniforms::new(scene, voxels, &classification.classification, size);
-        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut clipping = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let clip = match scene.clip() {
-            Some(clip) => clip_layers.update(gpu, clip, scene, &frame)?,
+            Some(clip) => clipping.update(gpu, clip, scene, &frame)?,
             None => ClipStatistics::default(),
         };
-        let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
+        let segments = clipping.segments().filter(|_| scene.clip().is_some());
         let world_from_cells =
-            cells.mesh.as_ref().map_or(*scene.volume().world_from_voxel(), GpuMesh::world_from_cells);
-        let view = View::new(&RayPlane::new(scene, size), &world_from_cells, size);
+            cells.mesh.as_ref().map_or(*scene.volume().world_from_voxel(), GpuTetrahedra::world_from_cells);
+        let view = CellCamera::new(&RayPlane::new(scene, size), &world_from_cells, size);
         let source = match &cells.mesh {
             Some(_) => Source::Mesh,
             None if view.is_parallel() => Source::Basis,
@@ -368,7 +368,7 @@ impl CellRenderer {
         Ok(CellStatistics {
             nominal: cells.tetrahedra(self.options.split),
             drawn,
-            gpu_bytes: held + classification.tables.bytes() + bytes + clip_layers.bytes(),
+            gpu_bytes: held + classification.tables.bytes() + bytes + clipping.bytes(),
             clip,
             setup_ms: timing.setup_ms,
             draw_ms: timing.draw_ms,
@@ -376,7 +376,7 @@ impl CellRenderer {
     }
 
     /// Whether a scene is drawn in tiles.
-    fn in_tiles(&self, scene: &Scene, cells: &PreparedCells, view: &View, size: [u32; 2]) -> bool {
+    fn in_tiles(&self, scene: &Scene, cells: &PreparedCells, view: &CellCamera, size: [u32; 2]) -> bool {
         let [lo, hi] = match &cells.mesh {
             Some(mesh) => mesh.bounds(),
             None => [DVec3::ZERO, cells.cells.as_dvec3()],
@@ -415,7 +415,7 @@ impl CellRenderer {
     fn draw_grid(
         &self,
         drawing: &Drawing,
-        view: &View,
+        view: &CellCamera,
         cells: &PreparedCells,
         classification: &CellClassification,
         draw: impl FnOnce(&GridBuffers, &GridFrame) -> Result<(u64, u64), GpuError>,

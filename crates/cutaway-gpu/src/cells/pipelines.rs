@@ -12,7 +12,7 @@ use super::variant::Variant;
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
 use crate::error::GpuError;
-use crate::plumbing::{Drawn, bind, bind_buffers, compute_pipeline, render_pipeline};
+use crate::plumbing::{RenderSetup, bind, bind_buffers, compute_pipeline, render_pipeline};
 use crate::shaders::{Shader, shader};
 use crate::volume::{GpuVolume, Resident};
 
@@ -93,7 +93,7 @@ impl Pipelines {
                     device,
                     &WIDEN_SHADER.module(device),
                     ["widen_all", "widen_pixel"],
-                    &Drawn {
+                    &RenderSetup {
                         label: "widen",
                         groups: &[Some(&layouts.widen)],
                         constants: &[],
@@ -139,7 +139,7 @@ impl Pipelines {
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
             write_mask: wgpu::ColorWrites::ALL,
         })];
-        let drawn = Drawn { label: "cells", groups: &groups, constants: &constants, targets: &targets };
+        let drawn = RenderSetup { label: "cells", groups: &groups, constants: &constants, targets: &targets };
         render_pipeline(device, &self.draw, ["place_vertex", "draw_pixel"], &drawn)
     }
 

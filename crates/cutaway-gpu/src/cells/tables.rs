@@ -5,7 +5,7 @@ use cutaway_core::scene::Scene;
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 
 use super::numbers::{BINS, EXPONENTIALS, PSI_SIDE, ROW};
-use super::view::ViewUniforms;
+use super::view::CellViewUniforms;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::volume::Texels;
@@ -105,7 +105,7 @@ impl Tables {
         })
     }
 
-    pub(crate) fn describe(&self, view: &mut ViewUniforms) {
+    pub(crate) fn describe(&self, view: &mut CellViewUniforms) {
         view.value_offset = self.value_offset;
         view.value_scale = self.value_scale;
         view.per_unit = self.per_unit;

@@ -5,10 +5,10 @@ use cutaway_core::glam::{DAffine3, DVec3, DVec4, UVec3};
 
 use crate::frame::RayPlane;
 
-/// As `View` in `view.wgsl`; a test holds the two against each other.
+/// As `CellView` in `view.wgsl`; a test holds the two against each other.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct ViewUniforms {
+pub(crate) struct CellViewUniforms {
     pub(crate) x: [f32; 4],
     pub(crate) y: [f32; 4],
     pub(crate) depth: [f32; 4],
@@ -34,7 +34,7 @@ const LEAST_W: f64 = 1e-3;
 
 /// A camera and the space that cells are in, in f64.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
+pub(crate) struct CellCamera {
     /// Pixels from the axis before the division, and depth: affine functions of a point in the cells' space.
     pub(crate) rows: [DVec4; 3],
     pub(crate) axis: [f64; 2],
@@ -44,7 +44,7 @@ pub(crate) struct View {
     size: [u32; 2],
 }
 
-impl View {
+impl CellCamera {
     pub(crate) fn new(plane: &RayPlane, world_from_cells: &DAffine3, size: [u32; 2]) -> Self {
         let rays = &plane.rays;
         let middle = rays.on_axis(plane.depth);
@@ -94,10 +94,10 @@ impl View {
         UVec3::new(along(0), along(1), along(2))
     }
 
-    pub(crate) fn uniforms(&self) -> ViewUniforms {
+    pub(crate) fn uniforms(&self) -> CellViewUniforms {
         let single = |v: DVec4| v.as_vec4().to_array();
         let [x, y, depth] = self.rows.map(single);
-        ViewUniforms {
+        CellViewUniforms {
             x,
             y,
             depth,
@@ -106,7 +106,7 @@ impl View {
             least_w: LEAST_W as f32,
             eye: single(self.eye),
             size: self.size.map(|n| n as f32),
-            ..ViewUniforms::zeroed()
+            ..CellViewUniforms::zeroed()
         }
     }
 }

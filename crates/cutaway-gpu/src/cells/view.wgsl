@@ -3,7 +3,7 @@
 // that plane, what is kept of a point is depth / w and value / w. Parallel rays have w = 1.
 
 // The host's side is `ViewUniforms` in cells/view.rs.
-struct View {
+struct CellView {
     // Of a point in the cells' own space (voxels, or the world of a mesh less its middle): pixels from the axis, before w.
     x: vec4f,
     y: vec4f,
@@ -35,7 +35,7 @@ struct View {
     reserved_y: u32,
 }
 
-@group(2) @binding(0) var<uniform> view: View;
+@group(2) @binding(0) var<uniform> view: CellView;
 
 // Pixel x and y, depth / w, and 1 / w; the latter is 0 where a point is not before the eye.
 fn projected(p: vec3f) -> vec4f {

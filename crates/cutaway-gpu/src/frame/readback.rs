@@ -24,7 +24,7 @@ pub(crate) struct Taken {
     /// Values of the field.
     pub(crate) samples: u64,
     /// Stretches of occupied blocks.
-    pub(crate) runs: u64,
+    pub(crate) stretches: u64,
     /// The share of steps at which the field was not looked at, 0..=1.
     pub(crate) skipped_fraction: f64,
 }
@@ -73,7 +73,7 @@ fn copies<const N: usize>(gpu: &Gpu, textures: [&wgpu::Texture; N]) -> Result<[C
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PixelCounts {
     samples: u32,
-    runs: u32,
+    stretches: u32,
     steps: f64,
     taken: f64,
 }
@@ -81,7 +81,7 @@ struct PixelCounts {
 impl PixelCounts {
     fn unpacked(&[counts, steps]: &[u32; 2]) -> Self {
         let (steps, share) = (f64::from(steps & 0xf_ffff), f64::from(steps >> 20) / 4095.0);
-        Self { samples: counts & 0x3f_ffff, runs: counts >> 22, steps, taken: steps * share }
+        Self { samples: counts & 0x3f_ffff, stretches: counts >> 22, steps, taken: steps * share }
     }
 }
 
@@ -91,7 +91,7 @@ fn sum(counts: &[PixelCounts]) -> Taken {
     for c in counts {
         sum.rays += u64::from(c.samples > 0);
         sum.samples += u64::from(c.samples);
-        sum.runs += u64::from(c.runs);
+        sum.stretches += u64::from(c.stretches);
         steps += c.steps;
         taken += c.taken;
     }
@@ -149,9 +149,9 @@ mod tests {
     #[test]
     fn counts_come_out_of_their_words() {
         let counts = PixelCounts::unpacked(&[700 | 5 << 22, 80 | 819 << 20]);
-        assert_eq!(counts, PixelCounts { samples: 700, runs: 5, steps: 80.0, taken: 16.0 });
+        assert_eq!(counts, PixelCounts { samples: 700, stretches: 5, steps: 80.0, taken: 16.0 });
         let taken = sum(&[counts, PixelCounts::unpacked(&[0, 0])]);
-        assert_eq!((taken.rays, taken.samples, taken.runs), (1, 700, 5));
+        assert_eq!((taken.rays, taken.samples, taken.stretches), (1, 700, 5));
         assert!((taken.skipped_fraction - 0.8).abs() < 1e-12);
         assert_eq!(sum(&[]).skipped_fraction, 0.0);
     }

@@ -13,7 +13,7 @@ use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::FrameUniforms;
 use crate::frame::clip_from_world;
-use crate::proxy::ViewUniforms;
+use crate::proxy::ProxyViewUniforms;
 use crate::shaders::{Shader, shader};
 
 /// The linked shaders.
@@ -265,7 +265,7 @@ impl Upload {
         };
         let corners: Vec<[f32; 3]> = part.mesh.triangles().iter().flatten().map(place).collect();
         let clip = clip_from_world(scene, size, far);
-        let view = ViewUniforms::of_geometry(scene, size, clip);
+        let view = ProxyViewUniforms::of_geometry(scene, size, clip);
         let paint = PaintUniforms {
             color: part.color,
             lit: u32::from(part.lit),

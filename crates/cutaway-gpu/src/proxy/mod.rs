@@ -39,7 +39,7 @@ pub use geometry::ProxyCounts;
 pub(crate) use geometry::ProxyGeometry;
 pub(crate) use pipelines::ProxyPipelines;
 pub(crate) use ranges::{RangeInputs, RangeTargets};
-pub(crate) use uniforms::ViewUniforms;
+pub(crate) use uniforms::ProxyViewUniforms;
 #[cfg(test)]
 pub(crate) use uniforms::{BuildUniforms, LimitsUniforms};
 pub(crate) use wireframe::draw as draw_wireframe;

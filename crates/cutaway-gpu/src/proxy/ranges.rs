@@ -2,7 +2,7 @@
 
 use super::ProxyGeometry;
 use super::pipelines::{DEPTH_FORMAT, ProxyPipelines, RANGE_FORMAT, gathered_format};
-use super::uniforms::{Gathering, LimitsUniforms, ViewUniforms};
+use super::uniforms::{Gathering, LimitsUniforms, ProxyViewUniforms};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::{FrameUniforms, tiles};
@@ -110,7 +110,7 @@ impl RangeTargets {
     ) -> Result<(), GpuError> {
         let gathering = pipelines.gathering();
         let unit_edge = inputs.proxy.map_or(1.0, ProxyGeometry::unit_edge);
-        let view = ViewUniforms::new(inputs.scene, self.size, unit_edge, gathering);
+        let view = ProxyViewUniforms::new(inputs.scene, self.size, unit_edge, gathering);
         let uniform = |contents: &[u8]| gpu.buffer("proxy frame", contents, wgpu::BufferUsages::UNIFORM);
         let (frame, limits, view_buffer) = gpu.checked("the proxy's view", || {
             let limits = self.limits(inputs, &view, gathering);
@@ -149,7 +149,7 @@ impl RangeTargets {
         })
     }
 
-    fn limits(&self, inputs: &RangeInputs, view: &ViewUniforms, gathering: Gathering) -> LimitsUniforms {
+    fn limits(&self, inputs: &RangeInputs, view: &ProxyViewUniforms, gathering: Gathering) -> LimitsUniforms {
         let (cells, cell_edge) = inputs.proxy.map_or(([0; 3], 1.0), ProxyGeometry::cells);
         let sorted = gathering == Gathering::Sorted;
         LimitsUniforms {

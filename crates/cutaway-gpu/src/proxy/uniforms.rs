@@ -24,10 +24,10 @@ pub(crate) struct BuildUniforms {
     pub(crate) first_slab: u32,
 }
 
-/// As `View` in `view.wgsl`.
+/// As `ProxyView` in `view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct ViewUniforms {
+pub(crate) struct ProxyViewUniforms {
     pub(crate) clip_from_voxel: [[f32; 4]; 4],
     pub(crate) world_from_voxel_x: [f32; 3],
     pub(crate) slack: f32,
@@ -88,7 +88,7 @@ const OUTWARD: f64 = 0.01;
 /// The same as a share of a pixel.
 const OUTWARD_PIXEL: f64 = 0.125;
 
-impl ViewUniforms {
+impl ProxyViewUniforms {
     pub(crate) fn new(
         scene: &Scene,
         [width, height]: [u32; 2],
@@ -129,7 +129,7 @@ impl ViewUniforms {
     }
 }
 
-impl ViewUniforms {
+impl ProxyViewUniforms {
     /// For geometry that is no proxy: without margin or slack.
     pub(crate) fn of_geometry(scene: &Scene, size: [u32; 2], clip_from_world: DMat4) -> Self {
         let clip_from_voxel = clip_from_world.mul_mat4(&DMat4::from(*scene.volume().world_from_voxel()));

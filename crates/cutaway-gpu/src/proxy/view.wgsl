@@ -3,7 +3,7 @@
 import package::shared::frame::frame;
 import package::shared::ray::{Ray, ray_of};
 
-struct View {
+struct ProxyView {
     clip_from_voxel: mat4x4f,
     // Linear part of world_from_voxel, by columns.
     world_from_voxel_x: vec3f,
@@ -26,7 +26,7 @@ struct View {
 }
 
 // Group 0 has the frame; see shared/frame.wgsl.
-@group(1) @binding(0) var<uniform> view: View;
+@group(1) @binding(0) var<uniform> view: ProxyView;
 // See `quads` in cells.wgsl.
 @group(1) @binding(1) var<storage, read> proxy_quads: array<vec4u>;
 

@@ -3,7 +3,7 @@
 use super::geometry::LINES;
 use super::pipelines::ProxyPipelines;
 use super::ranges::{RangeInputs, pass};
-use super::uniforms::ViewUniforms;
+use super::uniforms::ProxyViewUniforms;
 use crate::context::Gpu;
 use crate::error::GpuError;
 
@@ -17,8 +17,8 @@ pub(crate) fn draw(
 ) -> Result<(), GpuError> {
     let Some(proxy) = inputs.proxy else { return Ok(()) };
     let size = inputs.frame.resolution;
-    let view = ViewUniforms::new(inputs.scene, size, proxy.unit_edge(), pipelines.gathering());
-    let view = ViewUniforms { line_color, ..view };
+    let view = ProxyViewUniforms::new(inputs.scene, size, proxy.unit_edge(), pipelines.gathering());
+    let view = ProxyViewUniforms { line_color, ..view };
     gpu.checked("drawing the wireframe", || {
         let uniform = |contents: &[u8]| gpu.buffer("wireframe", contents, wgpu::BufferUsages::UNIFORM);
         let frame = pipelines.bind_frame(gpu, &uniform(bytemuck::bytes_of(inputs.frame)));

@@ -1,7 +1,7 @@
 // Emission and absorption: each step is classified at its middle and has the opacity of its own length.
 
 import package::raycast::pixel::Pixel;
-import package::shared::blocks::next_run;
+import package::shared::blocks::next_stretch;
 import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, impregnated};
 import package::shared::frame::frame;
@@ -28,14 +28,14 @@ fn composite(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t_f
     let steps = i32(ceil((t_far - t_near) / step));
     var i = 0;
     while i < steps {
-        let run = next_run(ray, t_near + f32(i) * step, t_far);
-        if run.x >= run.y {
+        let stretch = next_stretch(ray, t_near + f32(i) * step, t_far);
+        if stretch.x >= stretch.y {
             return;
         }
-        (*pixel).runs += 1u;
-        i = max(i, i32(floor((run.x - t_near) / step)));
-        // One step at least: a run may lie within a step that has been taken.
-        let end = max(i + 1, min(steps, i32(ceil((run.y - t_near) / step))));
+        (*pixel).stretches += 1u;
+        i = max(i, i32(floor((stretch.x - t_near) / step)));
+        // One step at least: a stretch may lie within a step that has been taken.
+        let end = max(i + 1, min(steps, i32(ceil((stretch.y - t_near) / step))));
         for (; i < end; i += 1) {
             let t = t_near + f32(i) * step;
             let length = min(step, t_far - t);

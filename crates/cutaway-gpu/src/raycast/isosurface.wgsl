@@ -3,7 +3,7 @@
 // false position. What one cell ends with the next one begins with: no surface is lost or doubled at a face.
 
 import package::raycast::pixel::{Pixel, add_surface};
-import package::shared::blocks::next_run;
+import package::shared::blocks::next_stretch;
 import package::shared::classification::isosurface;
 import package::shared::face::Face;
 import package::shared::frame::frame;
@@ -161,14 +161,14 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
         known = true;
     }
     while (t < t_far) && ((*pixel).transmittance >= frame.opaque_below) {
-        let run = next_run(ray, t, t_far);
-        if run.x >= run.y {
+        let stretch = next_stretch(ray, t, t_far);
+        if stretch.x >= stretch.y {
             return;
         }
-        known = known && run.x <= t;
-        t = run.x;
-        (*pixel).runs += 1u;
-        while (t < run.y) && ((*pixel).transmittance >= frame.opaque_below) {
+        known = known && stretch.x <= t;
+        t = stretch.x;
+        (*pixel).stretches += 1u;
+        while (t < stretch.y) && ((*pixel).transmittance >= frame.opaque_below) {
             let inside = past(ray, t, 1e-4);
             let cell = cell_of(position(ray, inside));
             let end = min(max(cell_exit(ray, cell), inside), t_far);

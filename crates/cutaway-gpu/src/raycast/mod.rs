@@ -14,7 +14,7 @@ use cutaway_core::scene::Scene;
 use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
-use crate::clip_layers::{ClipLayer, ClipLayers, ClipStatistics, PeelSettings};
+use crate::clipping::{ClipLayer, ClipStatistics, Clipping, PeelSettings};
 use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 pub use crate::frame::PreparedVolume;
@@ -62,7 +62,7 @@ pub struct RaycastRenderer {
     blocks: BlockPipelines,
     targets: Mutex<Option<Targets>>,
     finisher: Finisher,
-    clip: Mutex<ClipLayers>,
+    clip: Mutex<Clipping>,
     proxy: ProxyPipelines,
     proxy_options: ProxyOptions,
     ranges: Mutex<Option<RangeTargets>>,
@@ -82,7 +82,7 @@ pub struct Extras<'a> {
 }
 
 /// A frame that came back.
-struct Frame {
+struct Rendered {
     image: Image,
     statistics: Statistics,
     fetches: FetchCounts,
@@ -210,19 +210,19 @@ impl RaycastRenderer {
         scene: &Scene,
         extras: &Extras,
         progress: &dyn Fn(f32),
-    ) -> Result<Frame, GpuError> {
+    ) -> Result<Rendered, GpuError> {
         self.drawn(volume, classification, scene, extras, progress, |finished, drawn| {
             let Read { image, taken, fetches } = read(&self.gpu, &finished.textures)?;
             let statistics = Statistics {
                 rays: taken.rays,
                 samples: taken.samples,
-                segments: taken.runs,
+                segments: taken.stretches,
                 gpu_bytes: drawn.gpu_bytes,
                 skipped_fraction: taken.skipped_fraction,
                 clip: drawn.clip,
                 gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
             };
-            Ok(Frame { image, statistics, fetches })
+            Ok(Rendered { image, statistics, fetches })
         })
     }
 
@@ -252,12 +252,12 @@ impl RaycastRenderer {
         let found = RangeInputs { scene, frame: &frame, proxy: proxy.as_deref(), opaque };
         let ranges = self.ranges(&found)?;
         let range = ranges.as_ref().map(RangeTargets::range);
-        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut clipping = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let clip = match scene.clip() {
-            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &frame)?,
+            Some(clip) => clipping.update(&self.gpu, clip, scene, &frame)?,
             None => ClipStatistics::default(),
         };
-        let segments = clip_layers.segments().filter(|_| scene.clip().is_some());
+        let segments = clipping.segments().filter(|_| scene.clip().is_some());
         let directions = volume.directions(&self.gpu, scene)?;
         let inputs = Inputs {
             volume: volume.voxels(),
@@ -276,7 +276,7 @@ impl RaycastRenderer {
             + targets.bytes()
             + finished.bytes
             + directions.map_or(0, GpuDirections::bytes)
-            + clip_layers.bytes()
+            + clipping.bytes()
             + proxy.map_or(0, |proxy| proxy.bytes())
             + ranges.as_ref().map_or(0, RangeTargets::bytes);
         let taken = take(&finished, &Drawn { gpu_bytes, clip })?;

@@ -10,7 +10,7 @@ struct Pixel {
     depth: f32,
     // Values of the field that were taken, and stretches of visible blocks.
     samples: u32,
-    runs: u32,
+    stretches: u32,
     // Steps on all segments, and those at which the field was looked at.
     steps: u32,
     taken: u32,
@@ -28,10 +28,10 @@ fn add_surface(pixel: ptr<function, Pixel>, color: vec3f, opacity: f32, t: f32) 
     }
 }
 
-// What a ray took, in two words: 22 bits of samples and 10 of runs; then 20 bits of steps, and in 12 bits which share of them
+// What a ray took, in two words: 22 bits of samples and 10 of stretches; then 20 bits of steps, and in 12 bits which share of them
 // was taken. Each stops at its largest value. The host unpacks it.
 fn packed_counts(pixel: Pixel) -> vec2u {
-    let counts = min(pixel.samples, 0x3fffffu) | (min(pixel.runs, 0x3ffu) << 22u);
+    let counts = min(pixel.samples, 0x3fffffu) | (min(pixel.stretches, 0x3ffu) << 22u);
     let share = min(f32(pixel.taken) / max(f32(pixel.steps), 1.0), 1.0);
     return vec2u(counts, min(pixel.steps, 0xfffffu) | (u32(round(share * 4095.0)) << 20u));
 }

@@ -8,7 +8,7 @@ import package::frame::sampling::preintegration::{
 import package::raycast::composite::absorb;
 import package::raycast::pixel::Pixel;
 import package::raycast::steps::{Step, Steps, step_at, step_of, steps_before, steps_of};
-import package::shared::blocks::next_run;
+import package::shared::blocks::next_stretch;
 import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, impregnated};
 import package::shared::frame::frame;
@@ -28,14 +28,14 @@ fn composite_refined(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: 
     var i = 0;
     while i < steps.count {
         let from_t = max(step_at(steps, i).t, t_near);
-        let run = next_run(ray, from_t, t_far);
-        if run.x >= run.y {
+        let stretch = next_stretch(ray, from_t, t_far);
+        if stretch.x >= stretch.y {
             return;
         }
-        (*pixel).runs += 1u;
-        i = max(i, step_of(steps, run.x));
-        // One step at least: a run may lie within a step that has been taken.
-        let end = max(i + 1, min(steps.count, steps_before(steps, run.y)));
+        (*pixel).stretches += 1u;
+        i = max(i, step_of(steps, stretch.x));
+        // One step at least: a stretch may lie within a step that has been taken.
+        let end = max(i + 1, min(steps.count, steps_before(steps, stretch.y)));
         if STEPPING == 3u {
             preintegrated_run(pixel, ray, face, steps, i, end);
         } else {

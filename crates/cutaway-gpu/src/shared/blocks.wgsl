@@ -11,9 +11,9 @@ import package::shared::ray::{Ray, past, position};
 // Rays skip blocks of which nothing is visible.
 override SKIP_BLOCKS: bool = true;
 
-// Blocks after which a run is handed out even if the next one is occupied too: a ray that ends early should not have been
+// Blocks after which a stretch is handed out even if the next one is occupied too: a ray that ends early should not have been
 // followed to its far end first.
-const LONGEST_RUN = 8u;
+const LONGEST_STRETCH = 8u;
 
 fn bit(index: u32, first_word: u32) -> bool {
     return extractBits(occupied_bits[first_word + (index >> 5u)], index & 31u, 1u) == 1u;
@@ -76,7 +76,7 @@ fn uniform_block_at(p: vec3f) -> Uniform {
 var<private> visible_range: vec2f = vec2f(-1e30, 1e30);
 
 // The next stretch of blocks that can be visible, from t on: where it begins and ends; empty where none is before `end`.
-fn next_run(ray: Ray, begin: f32, end: f32) -> vec2f {
+fn next_stretch(ray: Ray, begin: f32, end: f32) -> vec2f {
     let from_t = max(begin, visible_range.x);
     let t_end = min(end, visible_range.y);
     if !SKIP_BLOCKS || hardly_any_block_is_empty() {
@@ -85,7 +85,7 @@ fn next_run(ray: Ray, begin: f32, end: f32) -> vec2f {
     var first = t_end;
     var t = from_t;
     var blocks = 0u;
-    while (t < t_end) && (blocks < LONGEST_RUN) {
+    while (t < t_end) && (blocks < LONGEST_STRETCH) {
         let inside = past(ray, t, PAST_FACE);
         let found = uniform_block_at(clamp(position(ray, inside), vec3f(0.0), frame.extent));
         if found.occupied {

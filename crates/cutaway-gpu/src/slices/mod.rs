@@ -36,7 +36,7 @@ use cutaway_core::value_ranges::{BLOCK, ValueRanges};
 use cutaway_core::volume::Volume;
 
 use crate::classification::{GpuClassification, visible};
-use crate::clip_layers::{ClipLayers, ClipStatistics};
+use crate::clipping::{ClipStatistics, Clipping};
 use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 use crate::frame::Inputs;
@@ -92,7 +92,7 @@ pub struct SliceRenderer {
     pipelines: Pipelines,
     blocks: BlockPipelines,
     finisher: Finisher,
-    clip: Mutex<ClipLayers>,
+    clip: Mutex<Clipping>,
     targets: Mutex<Option<(Targets, SliceTargets)>>,
     stopwatch: Option<Stopwatch>,
 }
@@ -136,7 +136,7 @@ impl SliceClassification {
 }
 
 /// A box to draw: its vertices begin at six times its place in the list.
-struct Drawn {
+struct DrawnBox {
     instances: Range<u32>,
     /// Fragments of one of them, about.
     fragments: f64,
@@ -266,9 +266,9 @@ impl SliceRenderer {
         let variant = Variant::of(&self.gpu, scene, shared.voxels());
         let (targets, blended) = self.targets(size, variant)?;
         let uniforms = FrameUniforms::new(scene, shared.voxels(), &classification.on_device, size);
-        let mut clip_layers = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut clipping = self.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let clip = match scene.clip() {
-            Some(clip) => clip_layers.update(&self.gpu, clip, scene, &uniforms)?,
+            Some(clip) => clipping.update(&self.gpu, clip, scene, &uniforms)?,
             None => ClipStatistics::default(),
         };
         let directions = shared.directions(&self.gpu, scene)?;
@@ -278,10 +278,11 @@ impl SliceRenderer {
             blocks: shared.ranges(),
             range: None,
             directions,
-            segments: clip_layers.segments().filter(|_| scene.clip().is_some()),
+            segments: clipping.segments().filter(|_| scene.clip().is_some()),
         };
         let boxes = classification.octree.back_to_front(&planes.viewpoint());
-        let frame = Frame { scene, planes, variant, uniforms, inputs, targets: &targets, blended: &blended };
+        let frame =
+            Drawing { scene, planes, variant, uniforms, inputs, targets: &targets, blended: &blended };
         let slices = self.draw(&frame, &boxes, progress)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
         let [all, visible] = classification.brick_counts();
@@ -297,7 +298,7 @@ impl SliceRenderer {
                 + blended.bytes()
                 + finished.bytes
                 + directions.map_or(0, GpuDirections::bytes)
-                + clip_layers.bytes(),
+                + clipping.bytes(),
             clip,
             ..Statistics::default()
         };
@@ -322,7 +323,7 @@ impl SliceRenderer {
     }
 
     /// Draws all slices and makes the image of them; how many slices there are.
-    fn draw(&self, frame: &Frame, boxes: &[Brick], progress: &Progress) -> Result<u64, GpuError> {
+    fn draw(&self, frame: &Drawing, boxes: &[Brick], progress: &Progress) -> Result<u64, GpuError> {
         progress.check()?;
         let made = self.pipelines.get(&self.gpu, frame.variant)?;
         let inputs = &frame.inputs;
@@ -330,7 +331,7 @@ impl SliceRenderer {
         let (mut records, drawn): (Vec<_>, Vec<_>) = (boxes.iter())
             .map(|brick| {
                 let (record, instances) = frame.planes.brick(brick, clipped);
-                (record, Drawn { instances, fragments: frame.planes.pixels_of_slice(brick) })
+                (record, DrawnBox { instances, fragments: frame.planes.pixels_of_slice(brick) })
             })
             .unzip();
         // A buffer of nothing cannot be bound.
@@ -371,7 +372,7 @@ impl SliceRenderer {
         &self,
         made: &Made,
         groups: &Groups,
-        frame: &Frame,
+        frame: &Drawing,
         batch: &[(u32, Range<u32>)],
         [first, last]: [bool; 2],
     ) {
@@ -403,7 +404,7 @@ impl SliceRenderer {
 }
 
 /// What a frame is drawn from and into.
-struct Frame<'a> {
+struct Drawing<'a> {
     scene: &'a Scene,
     planes: Planes,
     variant: Variant,
@@ -436,7 +437,7 @@ fn octree(volume: &PreparedVolume, scene: &Scene) -> Octree {
         return Octree::whole(source.dimensions());
     };
     let table = ClassificationTable::new(scene.transfer_function(), source.rescale(), source.stored_range());
-    // A pre-integrated piece depends on values beside its middle, as far as a slab reaches.
+    // A pre-integrated stretch depends on values beside its middle, as far as a slab reaches.
     let reaches = settings.pre_integration;
     let reach = scene.step_length() / source.spacing().min_element();
     // Overlaid clip surfaces show where nothing else does.
@@ -454,7 +455,7 @@ fn kind(scene: &Scene) -> f64 {
 }
 
 /// Draws in order, as many at a time as make about so many fragments; a box with more is drawn in several goes.
-fn batches(drawn: &[Drawn], fragments_at_once: f64) -> Vec<Vec<(u32, Range<u32>)>> {
+fn batches(drawn: &[DrawnBox], fragments_at_once: f64) -> Vec<Vec<(u32, Range<u32>)>> {
     let mut batches = vec![Vec::new()];
     let mut room = fragments_at_once;
     for (brick, d) in (0u32..).zip(drawn) {
@@ -489,8 +490,8 @@ mod tests {
 
     #[test]
     fn batches_have_every_slice_once_and_in_order() {
-        let drawn: Vec<Drawn> = [(0..5, 10.0), (3..3, 10.0), (2..100, 1000.0), (0..40, 3.0), (7..9, 1e9)]
-            .map(|(instances, fragments)| Drawn { instances, fragments })
+        let drawn: Vec<DrawnBox> = [(0..5, 10.0), (3..3, 10.0), (2..100, 1000.0), (0..40, 3.0), (7..9, 1e9)]
+            .map(|(instances, fragments)| DrawnBox { instances, fragments })
             .into();
         for at_once in [1.0, 50.0, 4000.0, 1e12] {
             let all: Vec<(u32, u32)> = batches(&drawn, at_once)

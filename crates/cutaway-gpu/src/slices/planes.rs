@@ -160,7 +160,7 @@ impl Planes {
         }
     }
 
-    /// Whether the slabs of some of a brick's pieces may be cut, by the volume's box or, where there is any, by clipping: then
+    /// Whether the slabs of some of a brick's stretches may be cut, by the volume's box or, where there is any, by clipping: then
     /// their middles lie beside their planes, by up to half a slab.
     fn may_be_cut(&self, brick: &Brick, clipped: bool) -> bool {
         let edge = f64::from(brick.edge);

@@ -2,8 +2,8 @@
 //
 // A fragment stands for the *slab* of its plane along the pixel's ray: half the distance of planes before it and behind it,
 // which along a slanted ray is longer than along the view. Of the slab, what lies in the volume's box and is kept by
-// clipping is cut into *pieces*, each of which has the opacity of its own length and is sampled in its middle. A piece
-// belongs to the brick that its middle is in; every brick finds the same pieces, so that none is drawn twice or missed, and
+// clipping is cut into *stretches*, each of which has the opacity of its own length and is sampled in its middle. A stretch
+// belongs to the brick that its middle is in; every brick finds the same stretches, so that none is drawn twice or missed, and
 // bricks do not show.
 
 import package::frame::sampling::gradient::light_gradient;
@@ -20,7 +20,7 @@ import package::shared::volume::value_at;
 import package::slices::frame::{Brick, slices};
 import package::slices::intersection::{Normal, polygon_corner};
 
-// Pieces stand for the integral between their ends, not for the value in their middle.
+// Stretches stand for the integral between their ends, not for the value in their middle.
 override PREINTEGRATED: bool = false;
 // Clip surfaces are lit.
 override FACES_LIT: bool = true;
@@ -73,7 +73,7 @@ fn slab_of(ray: Ray, depth: f32, cut: bool) -> Slab {
     return Slab(max(middle - half, range.x), min(middle + half, range.y));
 }
 
-// Whether a piece with its middle here belongs to a brick; what lies outside the volume by rounding, to the nearest one.
+// Whether a stretch with its middle here belongs to a brick; what lies outside the volume by rounding, to the nearest one.
 fn owns(brick: Brick, p: vec3f) -> bool {
     let end = brick.origin + brick.edge;
     let lo = select(brick.origin, vec3f(-1e30), brick.origin <= vec3f(0.0));
@@ -88,7 +88,7 @@ struct Blended {
     @location(1) distance: vec4f,
 }
 
-// What the pieces of a slab add up to, front to back.
+// What the stretches of a slab add up to, front to back.
 struct Gathered {
     color: vec3f,
     transmittance: f32,
@@ -123,12 +123,12 @@ fn blend_slice(point: SlicePoint) -> Blended {
                     let color = lit(vec3f(1.0), face.terms);
                     gather(&gathered, vec4f(frame.overlay * color, frame.overlay), near / slices.length_unit);
                 }
-                gather(&gathered, piece(ray, face, near, far), 0.5 * (near + far) / slices.length_unit);
+                gather(&gathered, stretch_of(ray, face, near, far), 0.5 * (near + far) / slices.length_unit);
             }
         }
     } else if (slab.near < slab.far) && owns(brick, position(ray, 0.5 * (slab.near + slab.far))) {
         let face = Face(false, 0.0, UNLIT, 0.0);
-        gather(&gathered, piece(ray, face, slab.near, slab.far), 0.5 * (slab.near + slab.far) / slices.length_unit);
+        gather(&gathered, stretch_of(ray, face, slab.near, slab.far), 0.5 * (slab.near + slab.far) / slices.length_unit);
     }
     let alpha = 1.0 - gathered.transmittance;
     if alpha <= 0.0 {
@@ -141,10 +141,10 @@ fn terms_at(ray: Ray, face: Face, t: f32) -> Terms {
     return impregnated(face, t, terms_of_gradient(light_gradient(position(ray, t)), ray.direction_in_world));
 }
 
-// Premultiplied colour and opacity of a piece.
-fn piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
+// Premultiplied colour and opacity of a stretch.
+fn stretch_of(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     if PREINTEGRATED {
-        return integrated_piece(ray, face, near, far);
+        return integrated_stretch(ray, face, near, far);
     }
     let middle = 0.5 * (near + far);
     let entry = classified(value_at(position(ray, middle)));
@@ -159,7 +159,7 @@ fn piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     return vec4f(alpha * lit(entry.xyz, terms), alpha);
 }
 
-fn integrated_piece(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
+fn integrated_stretch(ray: Ray, face: Face, near: f32, far: f32) -> vec4f {
     let length = far - near;
     let t = vec2f(near + GAUSS * length, far - GAUSS * length);
     let first = value_at(position(ray, t.x));
@@ -192,7 +192,7 @@ fn project_slice(point: SlicePoint) -> @location(0) vec4f {
     let brick = bricks[point.brick];
     let slab = slab_of(ray, point.depth, brick.cut == 1u);
     var found = vec2f(select(-NO_DEPTH, 0.0, MEAN), 0.0);
-    var any_piece = false;
+    var any_stretch = false;
     var count = 1u;
     if CLIPPED {
         count = segment_count(place);
@@ -210,11 +210,11 @@ fn project_slice(point: SlicePoint) -> @location(0) vec4f {
         }
         let p = position(ray, 0.5 * (near + far));
         if owns(brick, p) {
-            any_piece = true;
+            any_stretch = true;
             found = projected(found, ray, near, far);
         }
     }
-    if !any_piece {
+    if !any_stretch {
         discard;
     }
     return vec4f(found, 0.0, 0.0);
@@ -225,7 +225,7 @@ fn projected(before: vec2f, ray: Ray, near: f32, far: f32) -> vec2f {
         let length = (far - near) / slices.length_unit;
         return before + vec2f(value_at(position(ray, 0.5 * (near + far))) * length, length);
     }
-    // Extremes lie between planes, too: three places of each piece.
+    // Extremes lie between planes, too: three places of each stretch.
     var most = before.x;
     for (var i = 0; i < 3; i += 1) {
         let t = near + (far - near) * (1.0 + 2.0 * f32(i)) / 6.0;

@@ -2,8 +2,8 @@
 
 use super::super::variant::Variant;
 use crate::plumbing::{
-    COMPUTE, Drawn, FRAGMENT, UNIFORM, compute_pipeline, floats, group_layout, render_pipeline, storage,
-    texture,
+    COMPUTE, FRAGMENT, RenderSetup, UNIFORM, compute_pipeline, floats, group_layout, render_pipeline,
+    storage, texture,
 };
 use crate::shaders::{Shader, shader};
 
@@ -133,7 +133,7 @@ impl TilePipelines {
                 device,
                 &show,
                 ["show_all", "show_pixel"],
-                &Drawn {
+                &RenderSetup {
                     label: "image in tiles",
                     groups: &[Some(&layouts.show)],
                     constants: &[],

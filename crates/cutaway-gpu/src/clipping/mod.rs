@@ -10,7 +10,7 @@
 //!
 //! | object | holds | made anew |
 //! |---|---|---|
-//! | [`ClipLayers`] | pipelines, meshes seen lately | once |
+//! | [`Clipping`] | pipelines, meshes seen lately | once |
 //! | meshes | triangles, normals | for a mesh not seen before |
 //! | `GpuClip` | poses under a camera, the expression | each frame |
 //! | lists, segments | of each pixel | for another size, or when they are full |
@@ -35,9 +35,9 @@ use cutaway_core::scene::Scene;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::{FrameUniforms, RayPlane};
-use buffers::{Counts, ListBuffers, SegmentBuffers};
+use buffers::{ListBuffers, SegmentBuffers, SweepCounts};
 use clip::GpuClip;
-use leaf::View;
+use leaf::ClipCamera;
 use lists::{FrameInputs, Lists};
 use mesh::MeshCache;
 pub use peel::{ClipLayer, PeelSettings};
@@ -70,7 +70,7 @@ pub struct ClipStatistics {
 
 /// Pipelines, meshes and buffers of clipping.
 #[derive(Debug, Default)]
-pub(crate) struct ClipLayers {
+pub(crate) struct Clipping {
     lists: Option<Lists>,
     peeler: Option<Peeler>,
     pub(crate) peel_settings: PeelSettings,
@@ -80,7 +80,7 @@ pub(crate) struct ClipLayers {
     segments: Option<SegmentBuffers>,
 }
 
-impl ClipLayers {
+impl Clipping {
     /// Finds the segments of a frame; they stay until the next one.
     pub(crate) fn update(
         &mut self,
@@ -91,7 +91,7 @@ impl ClipLayers {
     ) -> Result<ClipStatistics, GpuError> {
         let begun = Instant::now();
         let size = uniforms.resolution;
-        let view = View::new(RayPlane::new(scene, size), size);
+        let view = ClipCamera::new(RayPlane::new(scene, size), size);
         let clip = GpuClip::new(gpu, clip, &view, &mut self.meshes)?;
         let mut segments = match self.segments.take().filter(|segments| segments.size() == size) {
             Some(segments) => segments,
@@ -123,7 +123,12 @@ impl ClipLayers {
     }
 
     /// By event lists.
-    fn list(&mut self, gpu: &Gpu, of: &OfFrame, segments: &mut SegmentBuffers) -> Result<Counts, GpuError> {
+    fn list(
+        &mut self,
+        gpu: &Gpu,
+        of: &OfFrame,
+        segments: &mut SegmentBuffers,
+    ) -> Result<SweepCounts, GpuError> {
         let lists = match self.lists.take() {
             Some(lists) => lists,
             None => Lists::new(gpu)?,
@@ -150,7 +155,7 @@ impl ClipLayers {
         gpu: &Gpu,
         of: &OfFrame,
         segments: &mut SegmentBuffers,
-    ) -> Result<(Counts, u32), GpuError> {
+    ) -> Result<(SweepCounts, u32), GpuError> {
         let peeler = match self.peeler.take() {
             Some(peeler) => peeler,
             None => Peeler::new(gpu)?,

@@ -4,9 +4,9 @@
 // rounded ends, so that on a closed mesh each pixel has as many fronts as backs, whatever was rounded. Only where along the
 // ray that is, is computed here, from the triangle's plane and the ray itself.
 
-import package::clip_layers::leaf::{direction_in_object, first_at, leaves, normal_in_world};
-import package::clip_layers::mesh::{Corner, corner_of, crossing_of};
-import package::clip_layers::octahedral::octahedral_packed;
+import package::clipping::leaf::{direction_in_object, first_at, leaves, normal_in_world};
+import package::clipping::mesh::{Corner, corner_of, crossing_of};
+import package::clipping::octahedral::octahedral_packed;
 import package::shared::frame::frame;
 import package::shared::ray::ray_of;
 

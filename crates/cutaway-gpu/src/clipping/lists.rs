@@ -11,9 +11,9 @@ use crate::plumbing::{
 use crate::shaders::{Shader, shader};
 
 /// The linked shader that makes event lists.
-pub(crate) const LISTS_SHADER: Shader = shader!(clip_layers::lists);
+pub(crate) const LISTS_SHADER: Shader = shader!(clipping::lists);
 /// The linked shader that sweeps over them.
-pub(crate) const SWEEP_SHADER: Shader = shader!(clip_layers::sweep_lists);
+pub(crate) const SWEEP_SHADER: Shader = shader!(clipping::sweep_lists);
 
 /// Triangles of one submission on a software adapter and on a GPU: far less than 100 ms.
 const TRIANGLES_AT_ONCE: [u32; 2] = [1 << 18, 1 << 22];

@@ -1,12 +1,12 @@
 // The sweep over peeled layers: of each mesh the layers that rays enter it through, and those that they leave it through.
 
-import package::clip_layers::events::{FARTHEST, begin_round, offer_event};
-import package::clip_layers::leaf::leaves;
-import package::clip_layers::settings::sweep;
-import package::clip_layers::shapes::collect_shapes;
-import package::clip_layers::sweep::{begin_pixel, finish_pixel, range, ray, sweep_round};
+import package::clipping::events::{FARTHEST, begin_round, offer_event};
+import package::clipping::leaf::leaves;
+import package::clipping::settings::sweep;
+import package::clipping::shapes::collect_shapes;
+import package::clipping::sweep::{begin_pixel, finish_pixel, range, ray, sweep_round};
 
-// The host's side is `PeeledMesh` in clip_layers/peel/plan.rs; a test holds the two against each other.
+// The host's side is `PeeledMesh` in clipping/peel/plan.rs; a test holds the two against each other.
 struct PeeledMesh {
     leaf: u32,
     // Layers that rays enter through: the first, and how many.

@@ -53,19 +53,19 @@ pub(super) struct LayerRun {
 }
 
 /// Layers of a mesh: those that rays enter through, and those that they leave through.
-pub(super) type Counts = [u32; 2];
+pub(super) type LayerCounts = [u32; 2];
 
 const CROSSINGS: [Crossing; 2] = [Crossing::Entering, Crossing::Leaving];
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Plan {
     settings: PlanSettings,
-    counts: Vec<Counts>,
+    counts: Vec<LayerCounts>,
 }
 
 impl Plan {
     /// For so many meshes, of which the frame before needed `before`, if it had as many.
-    pub(super) fn new(settings: PlanSettings, meshes: usize, before: &[Counts]) -> Self {
+    pub(super) fn new(settings: PlanSettings, meshes: usize, before: &[LayerCounts]) -> Self {
         let share = MOST_LAYERS / (2 * meshes.clamp(1, MOST_LAYERS as usize) as u32);
         let mut plan = Self { settings, counts: vec![[FIRST_GUESS.min(share); 2]; meshes] };
         if before.len() == meshes {
@@ -152,7 +152,7 @@ impl Plan {
     }
 
     /// What the next frame had best begin with: a layer more than was needed, which shows that no other is.
-    pub(super) fn needed(&self, pixels: &[u32]) -> Vec<Counts> {
+    pub(super) fn needed(&self, pixels: &[u32]) -> Vec<LayerCounts> {
         let tolerance = self.tolerance();
         let mut counts = self.counts.clone();
         for (run, count) in self.runs().into_iter().zip(counts.as_flattened_mut()) {

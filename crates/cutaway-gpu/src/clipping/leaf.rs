@@ -8,7 +8,7 @@ use cutaway_core::clip::{AxisBox, Crossing, FlatLeaf, Plane, Solid, Sphere};
 use cutaway_core::glam::{DAffine3, DMat3, DVec3};
 use cutaway_mesh::MeshSolid;
 
-use super::mesh::Frame;
+use super::mesh::LocalSpace;
 use crate::frame::{RayPlane, off_axis};
 
 /// Where a value goes that is the expression's own.
@@ -49,7 +49,7 @@ const NEAREST: f64 = 1e-6;
 
 /// A camera as far as objects see it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
+pub(crate) struct ClipCamera {
     plane: RayPlane,
     /// The eye; where rays are parallel, any point on the camera's axis.
     origin: DVec3,
@@ -59,7 +59,7 @@ pub(crate) struct View {
     off_axis: [f64; 2],
 }
 
-impl View {
+impl ClipCamera {
     pub(crate) fn new(plane: RayPlane, size: [u32; 2]) -> Self {
         let pixel = plane.rays.plane(1.0).per_x.length();
         let [width, height] = size.map(f64::from);
@@ -121,7 +121,7 @@ impl View {
 
 impl Leaf {
     /// None where no shader knows the solid.
-    pub(crate) fn new(leaf: &FlatLeaf, view: &View) -> Option<Self> {
+    pub(crate) fn new(leaf: &FlatLeaf, view: &ClipCamera) -> Option<Self> {
         let solid: &dyn Any = leaf.solid.as_ref();
         let pose = leaf.object_from_world();
         let mut uniforms = if let Some(mesh) = solid.downcast_ref::<MeshSolid>() {
@@ -149,8 +149,8 @@ impl Leaf {
         leaf
     }
 
-    fn mesh(solid: &MeshSolid, object_from_world: &DAffine3, view: &View) -> Self {
-        let frame = Frame::of(solid.mesh());
+    fn mesh(solid: &MeshSolid, object_from_world: &DAffine3, view: &ClipCamera) -> Self {
+        let frame = LocalSpace::of(solid.mesh());
         let local_from_world = frame.local_from_object() * *object_from_world;
         let world_from_local = local_from_world.inverse();
         let mut leaf = Self::of(MESH, local_from_world.matrix3);
@@ -165,7 +165,7 @@ impl Leaf {
         leaf
     }
 
-    fn plane(plane: &Plane, object_from_world: &DAffine3, view: &View) -> Self {
+    fn plane(plane: &Plane, object_from_world: &DAffine3, view: &ClipCamera) -> Self {
         // The normal as a covector in the world; along it all numbers are world lengths.
         let normal = object_from_world.matrix3.transpose() * plane.normal();
         let gap = |p: DVec3| plane.distance() - plane.normal().dot(object_from_world.transform_point3(p));
@@ -180,7 +180,7 @@ impl Leaf {
         leaf
     }
 
-    fn cube(cube: &AxisBox, object_from_world: &DAffine3, view: &View) -> Self {
+    fn cube(cube: &AxisBox, object_from_world: &DAffine3, view: &ClipCamera) -> Self {
         let mut leaf = Self::of(BOX, object_from_world.matrix3);
         let points = &view.plane.points;
         let point = object_from_world.transform_point3(points.first);
@@ -191,7 +191,7 @@ impl Leaf {
         leaf
     }
 
-    fn ball(ball: &Sphere, object_from_world: &DAffine3, view: &View) -> Self {
+    fn ball(ball: &Sphere, object_from_world: &DAffine3, view: &ClipCamera) -> Self {
         let to_unit = DAffine3::from_scale(DVec3::splat(1.0 / ball.radius()))
             * DAffine3::from_translation(-ball.center());
         let unit_from_world = to_unit * *object_from_world;
@@ -200,7 +200,7 @@ impl Leaf {
         leaf
     }
 
-    fn set_points(&mut self, object_from_world: &DAffine3, view: &View) {
+    fn set_points(&mut self, object_from_world: &DAffine3, view: &ClipCamera) {
         let points = &view.plane.points;
         self.first = single(object_from_world.transform_point3(points.first));
         self.per_x = single(object_from_world.transform_vector3(points.per_x));

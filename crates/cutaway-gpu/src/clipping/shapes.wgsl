@@ -1,10 +1,10 @@
 // Events of what needs no mesh: planes, boxes and balls from their equations, as in `cutaway_core::clip`; and the meshes that
 // the eye is in, which the ray has entered before it begins.
 
-import package::clip_layers::events::{FARTHEST, SHAPE_IDS, offer_event};
-import package::clip_layers::leaf::{BALL, BOX, PLANE, direction_in_object, first_at, leaves, normal_in_world, second_at};
-import package::clip_layers::octahedral::octahedral_packed;
-import package::clip_layers::settings::sweep;
+import package::clipping::events::{FARTHEST, SHAPE_IDS, offer_event};
+import package::clipping::leaf::{BALL, BOX, PLANE, direction_in_object, first_at, leaves, normal_in_world, second_at};
+import package::clipping::octahedral::octahedral_packed;
+import package::clipping::settings::sweep;
 import package::shared::ray::Ray;
 
 fn offer_surface(leaf: u32, t: f32, entering: bool, normal_in_object: vec3f) {

@@ -3,12 +3,12 @@
 // for numbers here are f32: what counts as coincident (see `COINCIDENCE` in sweep.rs), and that a line of more than CAPACITY
 // events that do not balance is not repaired bracket by bracket; of an object that they belong to, the last crossing decides.
 
-import package::clip_layers::events::{
+import package::clipping::events::{
     CAPACITY, ClipEvent, DROPPED, after_id, after_t, begin_events, event_count, events, first_round, left_out, offered,
 };
-import package::clip_layers::expression::{kept, reset_state, set_inside, set_state_word, state_word};
-import package::clip_layers::octahedral::{octahedral_packed, octahedral_unpacked};
-import package::clip_layers::settings::sweep;
+import package::clipping::expression::{kept, reset_state, set_inside, set_state_word, state_word};
+import package::clipping::octahedral::{octahedral_packed, octahedral_unpacked};
+import package::clipping::settings::sweep;
 import package::shared::frame::frame;
 import package::shared::ray::{Ray, box_range, ray_of};
 

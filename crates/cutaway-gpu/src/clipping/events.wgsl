@@ -5,7 +5,7 @@
 // A source of events is a function `collect_events(place)` that offers all events of meshes on a pixel's ray before the eye
 // (all on its line, where rays are parallel): its shader goes through the rounds as sweep_lists.wgsl does.
 
-import package::clip_layers::expression::{set_state_word, state_word};
+import package::clipping::expression::{set_state_word, state_word};
 
 struct ClipEvent {
     // Along the ray, as in shared/ray.wgsl.

@@ -1,9 +1,9 @@
 // The sweep over event lists: a pixel's list begins at its head, and each node tells where the next one is.
 
-import package::clip_layers::events::{begin_round, offer_event};
-import package::clip_layers::settings::sweep;
-import package::clip_layers::shapes::collect_shapes;
-import package::clip_layers::sweep::{begin_pixel, finish_pixel, ray, sweep_round};
+import package::clipping::events::{begin_round, offer_event};
+import package::clipping::settings::sweep;
+import package::clipping::shapes::collect_shapes;
+import package::clipping::sweep::{begin_pixel, finish_pixel, ray, sweep_round};
 import package::shared::frame::frame;
 
 // Of each pixel, row by row: the number of its first node, from 1; 0 of none.

@@ -11,7 +11,7 @@ const ENTRY: u64 = 16;
 
 /// What a sweep counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Counts {
+pub(crate) struct SweepCounts {
     /// Nodes and segments that were asked for: more than there is room for where lists were cut short.
     pub(crate) nodes: u32,
     pub(crate) segments: u32,
@@ -27,7 +27,7 @@ pub(crate) struct SegmentBuffers {
     size: [u32; 2],
     pub(crate) ranges: wgpu::Buffer,
     pub(crate) list: wgpu::Buffer,
-    /// Four numbers; see [`Counts`].
+    /// Four numbers; see [`SweepCounts`].
     pub(crate) counters: wgpu::Buffer,
     /// A copy of them that the host can read.
     counters_read: wgpu::Buffer,
@@ -116,7 +116,7 @@ impl SegmentBuffers {
     }
 
     /// Waits for what has been submitted and reads what it counted.
-    pub(crate) fn read_counters(&self, gpu: &Gpu) -> Result<Counts, GpuError> {
+    pub(crate) fn read_counters(&self, gpu: &Gpu) -> Result<SweepCounts, GpuError> {
         gpu.checked("counting segments", || {
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(&self.counters, 0, &self.counters_read, 0, 16);
@@ -131,7 +131,7 @@ impl SegmentBuffers {
         let [nodes, segments, repaired, kept_segments] = bytemuck::pod_read_unaligned(&mapped);
         drop(mapped);
         self.counters_read.unmap();
-        Ok(Counts { nodes, segments, repaired, kept_segments })
+        Ok(SweepCounts { nodes, segments, repaired, kept_segments })
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cutaway_core::clip::FlatClip;
 
-use super::leaf::{Leaf, ROOT, View};
+use super::leaf::{ClipCamera, Leaf, ROOT};
 use super::mesh::{GpuMesh, MeshCache};
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -29,7 +29,7 @@ impl GpuClip {
     pub(super) fn new(
         gpu: &Gpu,
         clip: &FlatClip,
-        view: &View,
+        view: &ClipCamera,
         cache: &mut MeshCache,
     ) -> Result<Self, GpuError> {
         let mut leaves = Vec::with_capacity(clip.leaves().len());

@@ -36,12 +36,12 @@ pub(crate) use pipelines::{PEEL_COUNT_SHADER, PEEL_SHADER};
 use pipelines::{PassKind, Pipelines, sweep_bindings};
 #[cfg(test)]
 pub(crate) use plan::PeeledMesh;
-use plan::{Counts, LayerRun, Plan, PlanSettings};
+use plan::{LayerCounts, LayerRun, Plan, PlanSettings};
 pub use read::ClipLayer;
 use textures::{Pass, Textures};
 
 /// The linked shader that sweeps over layers.
-pub(crate) const SWEEP_PEEL_SHADER: Shader = shader!(clip_layers::sweep_peel);
+pub(crate) const SWEEP_PEEL_SHADER: Shader = shader!(clipping::sweep_peel);
 
 /// How far peeling goes without a limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ pub(super) struct Peeler {
     sweep: Sweep,
     textures: Option<Textures>,
     /// What the last frame needed.
-    needed: Vec<Counts>,
+    needed: Vec<LayerCounts>,
     /// The layers of the last frame, and the leaves of its meshes.
     peeled: Option<Plan>,
     leaves: Vec<u32>,

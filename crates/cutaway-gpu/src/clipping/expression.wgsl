@@ -1,8 +1,8 @@
 // The expression over a clip's objects, and what it says at a place on a ray: the twin of `FlatClip` in cutaway-core. A state
 // is the winding number of each object, then the count of true inputs of each gate.
 
-import package::clip_layers::leaf::leaves;
-import package::clip_layers::settings::sweep;
+import package::clipping::leaf::leaves;
+import package::clipping::settings::sweep;
 
 // Of each gate: the number of true inputs that make it true, how many are true outside all objects, the gate that it goes to
 // (or ROOT), and 1 where that is told the opposite. A gate comes after those it goes to.

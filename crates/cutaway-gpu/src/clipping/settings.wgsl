@@ -1,4 +1,4 @@
-// What all pixels of a sweep share. The host's side is `SweepUniforms` in clip_layers/sweep.rs; a test holds the two against
+// What all pixels of a sweep share. The host's side is `SweepUniforms` in clipping/sweep.rs; a test holds the two against
 // each other.
 
 struct SweepSettings {

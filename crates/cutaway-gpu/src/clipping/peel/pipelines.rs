@@ -11,9 +11,9 @@ use crate::error::GpuError;
 use crate::shaders::{Shader, shader};
 
 /// The linked shader that peels meshes into layers.
-pub(crate) const PEEL_SHADER: Shader = shader!(clip_layers::peel);
+pub(crate) const PEEL_SHADER: Shader = shader!(clipping::peel);
 /// The linked shader that counts what layers cover.
-pub(crate) const PEEL_COUNT_SHADER: Shader = shader!(clip_layers::peel_count);
+pub(crate) const PEEL_COUNT_SHADER: Shader = shader!(clipping::peel_count);
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

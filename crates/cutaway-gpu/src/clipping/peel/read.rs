@@ -27,7 +27,7 @@ pub struct ClipLayer {
 
 impl Peeler {
     /// Copies the layers that were peeled last, of this scene, to the host.
-    pub(in crate::clip_layers) fn read(&self, gpu: &Gpu, scene: &Scene) -> Result<Vec<ClipLayer>, GpuError> {
+    pub(in crate::clipping) fn read(&self, gpu: &Gpu, scene: &Scene) -> Result<Vec<ClipLayer>, GpuError> {
         let (Some(textures), Some(plan)) = (&self.textures, &self.peeled) else { return Ok(Vec::new()) };
         let size @ [width, _] = textures.size();
         let plane = RayPlane::new(scene, size);

@@ -1,7 +1,7 @@
 // A mesh under the camera: its corners as the rasteriser takes them, and where a pixel's ray crosses a triangle.
 
-import package::clip_layers::leaf::leaves;
-import package::clip_layers::octahedral::octahedral_unpacked;
+import package::clipping::leaf::leaves;
+import package::clipping::octahedral::octahedral_unpacked;
 
 // Of the mesh: x, y, z of each vertex from the object's middle; three vertices a triangle; the normal at each corner of each
 // triangle, octahedral.

@@ -7,9 +7,9 @@
 //
 // Order is that of (depth, triangle): of coincident triangles each has a layer of its own.
 
-import package::clip_layers::leaf::{direction_in_object, first_at, leaves, normal_in_world};
-import package::clip_layers::mesh::{Corner, corner_of, crossing_of};
-import package::clip_layers::octahedral::octahedral_point;
+import package::clipping::leaf::{direction_in_object, first_at, leaves, normal_in_world};
+import package::clipping::mesh::{Corner, corner_of, crossing_of};
+import package::clipping::octahedral::octahedral_point;
 import package::shared::ray::{Ray, box_range, ray_of};
 
 // The layer before: its depth, 0 where there is none, and its triangle.

@@ -13,12 +13,12 @@ use crate::error::GpuError;
 
 /// What a mesh's own numbers are measured from, and in: its middle, and half its largest side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Frame {
+pub(super) struct LocalSpace {
     middle: DVec3,
     size: f64,
 }
 
-impl Frame {
+impl LocalSpace {
     pub(super) fn of(mesh: &TriangleMesh) -> Self {
         let Some([low, high]) = mesh.bounds().map(|b| b.map(|v| v.as_dvec3())) else {
             return Self { middle: DVec3::ZERO, size: 1.0 };
@@ -50,7 +50,7 @@ impl GpuMesh {
         };
         check(mesh.vertices().len(), "vertices of a mesh")?;
         check(mesh.triangles().len(), "triangles of a mesh")?;
-        let local_from_object = Frame::of(mesh).local_from_object();
+        let local_from_object = LocalSpace::of(mesh).local_from_object();
         let local = |v: &Vec3| local_from_object.transform_point3(v.as_dvec3()).as_vec3().to_array();
         let positions: Vec<[f32; 3]> = mesh.vertices().iter().map(local).collect();
         let normals: Vec<[u32; 3]> =

@@ -1,4 +1,4 @@
-// The objects of a clip expression as the shaders see them. The host's side is `Leaf` in clip_layers/leaf.rs; a test holds
+// The objects of a clip expression as the shaders see them. The host's side is `Leaf` in clipping/leaf.rs; a test holds
 // the two against each other. Objects have their own space; the point of a pixel's ray there is an affine function of the
 // pixel, computed in f64, so that f32 holds what is left after all large numbers have cancelled.
 
