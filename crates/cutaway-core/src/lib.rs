@@ -28,5 +28,6 @@ pub mod tetrahedra;
 pub mod transfer_function;
 pub mod value_ranges;
 pub mod volume;
+pub mod voxel_source;
 
 pub use glam;

@@ -7,12 +7,11 @@ mod light;
 mod numbers;
 
 use cutaway_io::scene_file::ClipSource;
-use std::path::Path;
 
 use egui::containers::scroll_area::ScrollSource;
 use egui::{CollapsingHeader, Response, Ui};
 
-use crate::command::{Command, Purpose};
+use crate::command::Command;
 use crate::document::{Document, ViewerNotes};
 use crate::handles::Handles;
 use crate::picture::{Overlays, Projection};
