@@ -188,6 +188,17 @@ pub(crate) fn shown(v: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
+/// The ends of a range, with as many digits as tell one from the other.
+pub(crate) fn shown_range([lo, hi]: [f64; 2]) -> String {
+    let rounded = |v: f64| (shown(v).parse::<f64>().unwrap_or(v) - v).abs();
+    let close = rounded(lo).max(rounded(hi)) > 1e-4 * (hi - lo);
+    let text = |v: f64| match shown(v) {
+        _ if close => format!("{v:?}").trim_end_matches(".0").to_owned(),
+        text => text,
+    };
+    format!("{} to {}", text(lo), text(hi))
+}
+
 /// A vector as people write it.
 pub(crate) fn shown_vector(v: [f64; 3]) -> String {
     v.map(shown).join(", ")
@@ -203,6 +214,16 @@ mod tests {
         for bad in ["", "1,,2", "1;2", "nan", "inf,1", "1e39"] {
             assert!(bad.parse::<List>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn ranges_have_the_digits_that_differ() {
+        assert_eq!(shown_range([101_325.0, 101_325.01]), "101325 to 101325.01");
+        assert_eq!(shown_range([1e9, 1e9 + 1e-6]), "1000000000 to 1000000000.000001");
+        assert_eq!(shown_range([1.0, 1.000_000_1]), "1 to 1.0000001");
+        assert_eq!(shown_range([0.0, f64::from(0.3f32)]), "0 to 0.3");
+        assert_eq!(shown_range([0.0, 0.0]), "0 to 0");
+        assert_eq!(shown_range([0.0, 1e-60]), "0 to 1e-60");
     }
 
     #[test]

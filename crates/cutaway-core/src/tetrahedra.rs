@@ -6,7 +6,7 @@
 use glam::{DAffine3, DMat3, DVec3, UVec3};
 
 use crate::space::WorldFrame;
-use crate::volume::{Geometry, Rescale, Volume, VolumeError};
+use crate::volume::{Geometry, Rescale, Volume, VolumeError, Voxel};
 
 /// Why points, cells and values do not make an unstructured grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -71,9 +71,13 @@ pub struct TetrahedralMesh {
 }
 
 impl TetrahedralMesh {
-    /// Points in the world, corners of tetrahedra (in any order) and a value a point; values that are not finite are
+    /// Points in the world, corners of tetrahedra (in any order) and a value per point; values that are not finite are
     /// replaced as those of volumes are.
-    pub fn new(points: Vec<DVec3>, cells: Vec<[u32; 4]>, values: Vec<f32>) -> Result<Self, TetrahedraError> {
+    pub fn new<T: Voxel>(
+        points: Vec<DVec3>,
+        cells: Vec<[u32; 4]>,
+        values: Vec<T>,
+    ) -> Result<Self, TetrahedraError> {
         if cells.is_empty() {
             return Err(TetrahedraError::Empty);
         }
@@ -114,7 +118,8 @@ impl TetrahedralMesh {
         &self.cells
     }
 
-    /// A value a point, all finite.
+    /// A number per point, all finite: its value as the [lattice](Self::lattice) stores it, see
+    /// [`Volume::rescale`].
     pub fn values(&self) -> &[f32] {
         &self.values
     }
@@ -130,7 +135,7 @@ impl TetrahedralMesh {
         &self.lattice
     }
 
-    /// The gradient of the field in a tetrahedron, value per world unit; none where it has no volume.
+    /// The gradient of the field in a tetrahedron, stored number per world unit; none where it has no volume.
     pub fn gradient(&self, cell: usize) -> Option<DVec3> {
         let four = self.cells[cell].map(|c| c as usize);
         let [p, a, b, c] = four.map(|i| self.points[i]);
@@ -170,8 +175,8 @@ impl TetrahedralMesh {
         };
         let points = lattice(n).map(|p| volume.world_from_voxel().transform_point3(p.as_dvec3())).collect();
         let rescale = volume.rescale();
-        let value = |i| rescale.value(f64::from(volume.voxels().get(i))) as f32;
-        let values = (0..volume.voxels().len()).map(value).collect();
+        let value = |i| rescale.value(f64::from(volume.voxels().get(i)));
+        let values: Vec<f64> = (0..volume.voxels().len()).map(value).collect();
         let mut cells = Vec::new();
         for cell in lattice(n.saturating_sub(UVec3::ONE)) {
             let parity = cell.element_sum() & 1;
@@ -190,7 +195,7 @@ pub fn five_of_a_cell(parity: u32) -> [[u32; 4]; 5] {
 }
 
 /// A grid over a box with about as many voxels as there are values.
-fn lattice([lo, hi]: [DVec3; 2], values: &[f32]) -> Result<Volume, TetrahedraError> {
+fn lattice<T: Voxel>([lo, hi]: [DVec3; 2], values: &[T]) -> Result<Volume, TetrahedraError> {
     let size = hi - lo;
     if size.min_element() <= 1e-9 * size.max_element() {
         return Err(TetrahedraError::Flat { size: size.to_array() });
@@ -199,7 +204,7 @@ fn lattice([lo, hi]: [DVec3; 2], values: &[f32]) -> Result<Volume, TetrahedraErr
     let layers = values.len().div_ceil((side * side) as usize).max(2) as u32;
     let dimensions = UVec3::new(side, side, layers);
     let count = side as usize * side as usize * layers as usize;
-    let voxels: Vec<f32> = values.iter().copied().cycle().take(count).collect();
+    let voxels: Vec<T> = values.iter().copied().cycle().take(count).collect();
     let spacing = size / (dimensions - UVec3::ONE).as_dvec3();
     let world_from_voxel = DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: lo };
     let geometry = Geometry { world_from_voxel, frame: WorldFrame::Unknown };
@@ -218,13 +223,24 @@ mod tests {
     fn a_linear_field_has_its_gradient() {
         let (points, cells) = corner();
         let slope = DVec3::new(3.0, -1.0, 0.5);
-        let values = points.iter().map(|p| (p.dot(slope) + 7.0) as f32).collect();
+        let values: Vec<f32> = points.iter().map(|p| (p.dot(slope) + 7.0) as f32).collect();
         let mesh = TetrahedralMesh::new(points, cells, values).unwrap();
         assert!((mesh.gradient(0).unwrap() - slope).length() < 1e-6);
         assert!(mesh.point_gradients().iter().all(|g| (*g - slope).length() < 1e-6));
         assert_eq!(mesh.bounds(), [DVec3::ZERO, DVec3::new(1.0, 2.0, 4.0)]);
         assert_eq!(mesh.lattice().value_range(), [5.0, 10.0]);
         assert_eq!(mesh.lattice().corners_in_world()[7], DVec3::new(1.0, 2.0, 4.0));
+    }
+
+    #[test]
+    fn report_61_values_on_a_large_offset_keep_their_differences() {
+        let (points, cells) = corner();
+        let values: Vec<f64> = (0..4).map(|i| 101_325.0 + 0.001 * f64::from(i)).collect();
+        let mesh = TetrahedralMesh::new(points, cells, values.clone()).unwrap();
+        let rescale = mesh.lattice().rescale();
+        for (stored, value) in mesh.values().iter().zip(values) {
+            assert!((rescale.value(f64::from(*stored)) - value).abs() < 1e-9);
+        }
     }
 
     #[test]

@@ -2,13 +2,17 @@
 //!
 //! What enters: dimensions, voxels of any of ten scalar types, a grid-to-world affine. What leaves: a [`Volume`] that
 //! every renderer can trust. 8- and 16-bit data stay 8 and 16 bit in memory: signed voxels are stored with an offset
-//! ([`Rescale`]), as are wide integers whose range fits in 16 bits. Everything else becomes f32.
+//! ([`Rescale`]), as are wide integers whose range fits in 16 bits. Everything else becomes f32, with an offset and a
+//! factor where 32 bits need them.
 //!
 //! Arrays are x fastest, then y, then z. The volume occupies the box between its outermost voxel *centres*.
+
+mod convert;
 
 use glam::{DAffine3, DVec3, UVec3};
 use rayon::prelude::*;
 
+pub use self::convert::StorageLoss;
 use crate::space::{WorldFrame, orientation_letters};
 
 /// The scalar type that a file or an array had.
@@ -52,6 +56,11 @@ impl VoxelType {
             Self::F32 => "float32",
             Self::F64 => "float64",
         }
+    }
+
+    /// Whether it holds whole numbers only.
+    pub fn is_integer(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
     }
 
     /// Parses the names of [`VoxelType::name`] and the short ones (`u8`, `i16`, `f32`, ...).
@@ -234,6 +243,12 @@ pub enum VolumeError {
         /// Offset found.
         intercept: f64,
     },
+    /// Stored numbers are finite, and their values are not.
+    #[error("the values go from {:e} to {:e}; expected numbers that 64 bits hold, up to 1.8e308", range[0], range[1])]
+    Range {
+        /// Smallest and largest value.
+        range: [f64; 2],
+    },
 }
 
 fn times(d: &UVec3) -> String {
@@ -244,26 +259,34 @@ fn times(d: &UVec3) -> String {
 pub trait Voxel: Copy + Send + Sync + 'static {
     /// Its type tag.
     const TYPE: VoxelType;
+    /// Zero.
+    const ZERO: Self;
     /// The scalar from its bytes in native order; `bytes.len()` is the size of the type.
     fn from_ne(bytes: &[u8]) -> Self;
     /// The scalar as f64 (64-bit integers round).
     fn to_f64(self) -> f64;
+    /// `self - other`; exact for integers whose difference an f64 holds, whatever they are themselves.
+    fn minus(self, other: Self) -> f64;
 }
 
 macro_rules! voxel {
-    ($($t:ty => $tag:ident),*) => {$(
+    ($($t:ty => $tag:ident, $wide:ty);*) => {$(
         impl Voxel for $t {
             const TYPE: VoxelType = VoxelType::$tag;
+            const ZERO: Self = 0 as $t;
             #[inline]
             fn from_ne(bytes: &[u8]) -> Self {
                 <$t>::from_ne_bytes(bytes.try_into().expect("callers pass one voxel"))
             }
             #[inline]
             fn to_f64(self) -> f64 { self as f64 }
+            #[inline]
+            fn minus(self, other: Self) -> f64 { (self as $wide - other as $wide) as f64 }
         }
     )*};
 }
-voxel!(u8 => U8, i8 => I8, u16 => U16, i16 => I16, u32 => U32, i32 => I32, u64 => U64, i64 => I64, f32 => F32, f64 => F64);
+voxel!(u8 => U8, i64; i8 => I8, i64; u16 => U16, i64; i16 => I16, i64; u32 => U32, i64; i32 => I32, i64;
+    u64 => U64, i128; i64 => I64, i128; f32 => F32, f64; f64 => F64, f64);
 
 /// Voxels on a regular grid, their meaning and their place in the world.
 #[derive(Clone, Debug)]
@@ -275,7 +298,9 @@ pub struct Volume {
     voxel_from_world: DAffine3,
     source_type: VoxelType,
     stored_range: [f32; 2],
+    value_range: [f64; 2],
     replaced: usize,
+    loss: Option<StorageLoss>,
 }
 
 impl Volume {
@@ -348,18 +373,27 @@ impl Volume {
             return Err(VolumeError::Rescale { slope: rescale.slope, intercept: rescale.intercept });
         }
         let voxel_from_world = invert(&geometry.world_from_voxel)?;
-        let rescale =
-            Rescale { slope: rescale.slope, intercept: rescale.intercept + rescale.slope * stored.offset };
-        let Stored { voxels, replaced, range: stored_range, .. } = stored;
+        let [a, b] = stored.numbers.map(|number| rescale.value(number));
+        let loss = stored.loss.map(|loss| StorageLoss { largest: loss.largest * rescale.slope.abs() });
+        let rescale = Rescale {
+            slope: rescale.slope * stored.scale,
+            intercept: rescale.intercept + rescale.slope * stored.offset,
+        };
+        let held = rescale.slope.is_finite() && rescale.slope != 0.0 && rescale.intercept.is_finite();
+        if !(held && a.is_finite() && b.is_finite()) {
+            return Err(VolumeError::Range { range: [a, b] });
+        }
         Ok(Self {
             dimensions,
-            voxels,
+            voxels: stored.voxels,
             rescale,
             geometry,
             voxel_from_world,
             source_type,
-            stored_range,
-            replaced,
+            stored_range: stored.range,
+            value_range: [a.min(b), a.max(b)],
+            replaced: stored.replaced,
+            loss,
         })
     }
 
@@ -408,10 +442,14 @@ impl Volume {
         self.stored_range
     }
 
-    /// Smallest and largest value.
+    /// What storing the values as 32-bit floats lost; none: nothing that can be noticed.
+    pub fn loss(&self) -> Option<StorageLoss> {
+        self.loss
+    }
+
+    /// Smallest and largest value, as the file has them.
     pub fn value_range(&self) -> [f64; 2] {
-        let [a, b] = self.stored_range.map(|s| self.rescale.value(f64::from(s)));
-        [a.min(b), a.max(b)]
+        self.value_range
     }
 
     /// World distance between neighbouring voxel centres along i, j and k.
@@ -488,10 +526,14 @@ fn typed<T: Voxel>(bytes: &[u8]) -> Vec<T> {
 
 struct Stored {
     voxels: Voxels,
-    /// Added to a stored number to give what the file held.
+    /// `scale * stored + offset` is what the file held.
     offset: f64,
+    scale: f64,
     range: [f32; 2],
+    /// Smallest and largest number that the file held.
+    numbers: [f64; 2],
     replaced: usize,
+    loss: Option<StorageLoss>,
 }
 
 impl Stored {
@@ -500,7 +542,8 @@ impl Stored {
             let (lo, hi) = minmax(v);
             [lo.to_f64() as f32, hi.to_f64() as f32]
         });
-        Self { voxels, offset, range, replaced: 0 }
+        let numbers = range.map(|stored| f64::from(stored) + offset);
+        Self { voxels, offset, scale: 1.0, range, numbers, replaced: 0, loss: None }
     }
 }
 
@@ -567,59 +610,29 @@ fn store<T: Voxel>(voxels: Vec<T>) -> Stored {
             Voxels::U16(voxels.iter().map(|v| (v.to_f64() - I16_OFFSET) as u16).collect()),
             I16_OFFSET,
         ),
-        VoxelType::F32 | VoxelType::F64 => store_float(&voxels),
+        VoxelType::F32 | VoxelType::F64 => convert::to_floats(&voxels),
         _ => store_wide_integer(&voxels),
     }
 }
 
 /// 32- and 64-bit integers: 8 or 16 bits where their range fits (label maps, most simulations), f32 otherwise.
 fn store_wide_integer<T: Voxel>(voxels: &[T]) -> Stored {
-    let (lo, hi) = voxels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
-        let v = v.to_f64();
-        (lo.min(v), hi.max(v))
-    });
-    // Beyond 2^53 an f64 no longer tells neighbouring integers apart.
-    let exact = lo.abs().max(hi.abs()) < 9.0e15;
-    if exact && hi - lo <= 255.0 {
-        return Stored::exact(Voxels::U8(voxels.iter().map(|v| (v.to_f64() - lo) as u8).collect()), lo);
+    let least = |a: T, b: T| if b.minus(a) < 0.0 { b } else { a };
+    let most = |a: T, b: T| if b.minus(a) > 0.0 { b } else { a };
+    let (lo, hi) = voxels.iter().fold((voxels[0], voxels[0]), |(lo, hi), &v| (least(lo, v), most(hi, v)));
+    let width = hi.minus(lo);
+    let (offset, above) = (lo.to_f64(), |v: &T| v.minus(lo));
+    // Beyond 2^53 an f64, which values are, no longer tells neighbouring integers apart: said as a loss.
+    if lo.to_f64().abs().max(hi.to_f64().abs()) > 9.0e15 {
+        return convert::to_floats(voxels);
     }
-    if exact && hi - lo <= 65535.0 {
-        return Stored::exact(Voxels::U16(voxels.iter().map(|v| (v.to_f64() - lo) as u16).collect()), lo);
+    if width <= 255.0 {
+        return Stored::exact(Voxels::U8(voxels.iter().map(|v| above(v) as u8).collect()), offset);
     }
-    store_float(voxels)
-}
-
-fn store_float<T: Voxel>(voxels: &[T]) -> Stored {
-    let finite = |v: f64| (v as f32).is_finite();
-    let (mut lo, mut hi, mut bad) = (f32::INFINITY, f32::NEG_INFINITY, 0usize);
-    for v in voxels {
-        let v = v.to_f64();
-        if finite(v) {
-            lo = lo.min(v as f32);
-            hi = hi.max(v as f32);
-        } else {
-            bad += 1;
-        }
+    if width <= 65535.0 {
+        return Stored::exact(Voxels::U16(voxels.iter().map(|v| above(v) as u16).collect()), offset);
     }
-    if lo > hi {
-        (lo, hi) = (0.0, 0.0);
-    }
-    let repaired = |v: &T| {
-        let v = v.to_f64();
-        if finite(v) {
-            v as f32
-        } else if v > 0.0 {
-            hi
-        } else {
-            lo
-        }
-    };
-    Stored {
-        voxels: Voxels::F32(voxels.iter().map(repaired).collect()),
-        offset: 0.0,
-        range: [lo, hi],
-        replaced: bad,
-    }
+    convert::to_floats(voxels)
 }
 
 #[cfg(test)]

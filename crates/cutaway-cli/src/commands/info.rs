@@ -8,7 +8,7 @@ use super::{function_info, gpu_info, mesh_info, tetrahedra_info};
 use crate::args::InfoArgs;
 use crate::load::{from_argument, function_format, is_mesh};
 use crate::report;
-use crate::values::shown;
+use crate::values::{shown, shown_range};
 
 /// Bins of the histogram.
 const BINS: usize = 64;
@@ -113,7 +113,7 @@ fn text(info: &Info) -> String {
         lines.push(("handedness", "left-handed grid".to_owned()));
     }
     lines.extend(["affine", "", ""].into_iter().zip(affine));
-    lines.push(("values", info.range.map(shown).join(" to ")));
+    lines.push(("values", shown_range(info.range)));
     if info.replaced_voxels > 0 {
         lines.push(("replaced", format!("{} voxels were not finite", info.replaced_voxels)));
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::info::sparkline;
 use crate::load::LoadedVolume;
 use crate::report;
-use crate::values::shown;
+use crate::values::{shown, shown_range};
 
 /// Bins of the histogram.
 const BINS: usize = 64;
@@ -48,7 +48,7 @@ pub(super) fn run(loaded: &LoadedVolume, mesh: &TetrahedralMesh, json: bool) -> 
         ("points", info.points.to_string()),
         ("tetrahedra", format!("{} ({} of them without volume)", info.tetrahedra, info.flat)),
         ("box", format!("{lo} to {hi}")),
-        ("values", info.range.map(shown).join(" to ")),
+        ("values", shown_range(info.range)),
         ("histogram", sparkline(&Histogram::new(mesh.lattice(), BINS).counts)),
     ];
     lines.extend(info.notices.iter().map(|notice| ("note", notice.clone())));

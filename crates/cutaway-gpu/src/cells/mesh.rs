@@ -372,10 +372,10 @@ fn middle([lo, hi]: [DVec3; 2]) -> DVec3 {
     0.5 * (lo + hi)
 }
 
-/// Gradients in the unit that those of grids have: the value range per largest spacing (of the lattice).
+/// Gradients in the unit that those of grids have: the range of stored numbers per largest spacing (of the lattice).
 fn attributes(mesh: &TetrahedralMesh, bin_of: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
     let lattice = mesh.lattice();
-    let [lo, hi] = lattice.value_range();
+    let [lo, hi] = lattice.stored_range().map(f64::from);
     let unit = lattice.spacing().max_element() / if hi > lo { hi - lo } else { 1.0 };
     let gradients = mesh.point_gradients();
     mesh.values()

@@ -195,9 +195,9 @@ impl CellRenderer {
     /// not show. `cutaway-testing/tests/gpu_cells.rs` measures what that makes of an image.
     pub fn prepare_mesh(&self, mesh: &TetrahedralMesh) -> Result<PreparedCells, GpuError> {
         let volume = PreparedVolume::new(&self.gpu, &self.blocks, mesh.lattice())?;
-        let [lo, hi] = mesh.lattice().value_range();
+        let [lo, hi] = mesh.lattice().stored_range().map(f64::from);
         let scale = if hi > lo { tables::BINS_OF_RANGE / (hi - lo) } else { 0.0 };
-        let bin_of = |value: f32| ((f64::from(value) - lo) * scale) as f32;
+        let bin_of = |stored: f32| ((f64::from(stored) - lo) * scale) as f32;
         let gpu_mesh = GpuTetrahedra::new(&self.gpu, mesh, bin_of)?;
         Ok(PreparedCells { volume, cells: UVec3::ZERO, mesh: Some(gpu_mesh) })
     }

@@ -28,7 +28,7 @@ struct Cells {
 /// Point data that could be the values.
 struct Candidate {
     name: String,
-    values: Vec<f32>,
+    values: Vec<f64>,
 }
 
 pub(super) fn read(file: &str, bytes: &[u8], options: &TetrahedraReadOptions) -> Result<Parsed, Error> {
@@ -86,7 +86,7 @@ pub(super) fn read(file: &str, bytes: &[u8], options: &TetrahedraReadOptions) ->
                 let name = r.word("the name of scalars")?.to_owned();
                 let kind = r.kind()?;
                 let components = r.components_and_table()?;
-                let values = r.numbers_of::<f32>(kind, count, components, "scalars")?;
+                let values = r.numbers_of::<f64>(kind, count, components, "scalars")?;
                 keep(&mut candidates, &mut others, of_points, name, components, values);
             }
             "FIELD" => {
@@ -108,7 +108,7 @@ pub(super) fn read(file: &str, bytes: &[u8], options: &TetrahedraReadOptions) ->
                         });
                     }
                     let kind = r.named(kind)?;
-                    let values = r.numbers_of::<f32>(kind, n, components, "an array")?;
+                    let values = r.numbers_of::<f64>(kind, n, components, "an array")?;
                     keep(&mut candidates, &mut others, of_points && n == count, name, components, values);
                 }
             }
@@ -121,25 +121,25 @@ pub(super) fn read(file: &str, bytes: &[u8], options: &TetrahedraReadOptions) ->
                 };
                 r.word("the name of an array")?;
                 let kind = r.kind()?;
-                r.numbers_of::<f32>(kind, count, components, "an array")?;
+                r.numbers_of::<f64>(kind, count, components, "an array")?;
             }
             "TEXTURE_COORDINATES" => {
                 r.word("the name of an array")?;
                 let components = r.count("components")?;
                 let kind = r.kind()?;
-                r.numbers_of::<f32>(kind, count, components, "texture coordinates")?;
+                r.numbers_of::<f64>(kind, count, components, "texture coordinates")?;
             }
             "COLOR_SCALARS" => {
                 r.word("the name of an array")?;
                 let components = r.count("components")?;
                 let kind = if r.binary { Kind::U8 } else { Kind::F32 };
-                r.numbers_of::<f32>(kind, count, components, "colours")?;
+                r.numbers_of::<f64>(kind, count, components, "colours")?;
             }
             "LOOKUP_TABLE" => {
                 r.word("the name of a table")?;
                 let n = r.count("colours")?;
                 let kind = if r.binary { Kind::U8 } else { Kind::F32 };
-                r.numbers_of::<f32>(kind, n, 4, "colours")?;
+                r.numbers_of::<f64>(kind, n, 4, "colours")?;
             }
             "METADATA" => r.skip_metadata(),
             _ => return Err(r.syntax(quoted(keyword), "a section of an unstructured grid")),
@@ -159,7 +159,7 @@ fn keep(
     of_points: bool,
     name: String,
     components: u64,
-    values: Vec<f32>,
+    values: Vec<f64>,
 ) {
     if of_points && components == 1 {
         candidates.push(Candidate { name, values });
@@ -179,7 +179,7 @@ fn choose(
     candidates: Vec<Candidate>,
     others: &[String],
     options: &TetrahedraReadOptions,
-) -> Result<Vec<f32>, Error> {
+) -> Result<Vec<f64>, Error> {
     let names: Vec<String> =
         candidates.iter().map(|c| quoted(&c.name)).chain(others.iter().cloned()).collect();
     let wanted = |c: &Candidate| options.array.as_ref().is_none_or(|name| c.name == *name);

@@ -32,8 +32,8 @@ use cutaway_core::tetrahedra::TetrahedralMesh;
 pub use error::TetrahedraReadError;
 
 use crate::limits::Limits;
-pub use crate::volume::Loaded;
 use crate::volume::error::{quoted, shown_name};
+use crate::volume::{Loaded, loss_notice};
 
 /// How to read an unstructured grid.
 #[derive(Clone, Debug, Default)]
@@ -49,7 +49,7 @@ pub struct TetrahedraReadOptions {
 struct Parsed {
     points: Vec<DVec3>,
     cells: cells::Tetrahedra,
-    values: Vec<f32>,
+    values: Vec<f64>,
     notices: Vec<String>,
 }
 
@@ -144,7 +144,10 @@ fn parse(
         notices.push(format!("{replaced} values were not finite and are replaced"));
     }
     match TetrahedralMesh::new(parsed.points, parsed.cells.corners, parsed.values) {
-        Ok(value) => Ok(Loaded { value, notices }),
+        Ok(value) => {
+            notices.extend(loss_notice(value.lattice()));
+            Ok(Loaded { value, notices })
+        }
         Err(error) => Err(TetrahedraReadError::Mesh { file, error }),
     }
 }

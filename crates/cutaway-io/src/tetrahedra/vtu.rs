@@ -254,7 +254,7 @@ impl<'a> Reader<'a> {
         add_cells(&mut own, self.file, &offsets, &names, &kinds, count)?;
         parsed.cells.append(own, shift as u32);
         let array = self.values(piece, options)?;
-        let values: Vec<f32> = self.numbers(array, piece.points)?;
+        let values: Vec<f64> = self.numbers(array, piece.points)?;
         parsed.values.extend(values);
         Ok(())
     }

@@ -204,12 +204,31 @@ impl Context<'_> {
         let volume = Volume::from_bytes(layout.dims, layout.voxel, endian, bytes, rescale, geometry)
             .map_err(|error| ReadError::Volume { file: self.file.clone(), error: Box::new(error) })?;
         if volume.replaced() > 0 {
-            let [low, high] = volume.value_range();
+            let [low, high] = volume.value_range().map(shortest);
             self.notice(format!(
                 "{} NaN or infinite voxels replaced: NaN by {low}, infinite ones by {low} or {high}",
                 volume.replaced()
             ));
         }
+        if let Some(notice) = loss_notice(&volume) {
+            self.notice(notice);
+        }
         Ok(volume)
     }
+}
+
+/// Says what storing a volume's values as 32-bit floats lost.
+pub(crate) fn loss_notice(volume: &Volume) -> Option<String> {
+    let loss = volume.loss()?;
+    let [low, high] = volume.value_range().map(shortest);
+    let off = shortest(loss.largest);
+    Some(format!(
+        "values from {low} to {high} are more than 32-bit floats hold: they are off by up to {off}, and smaller \
+         differences are lost"
+    ))
+}
+
+/// A number with the digits that tell it from all others, and an exponent where it would be long.
+fn shortest(v: f64) -> String {
+    if v != 0.0 && !(1e-4..1e16).contains(&v.abs()) { format!("{v:e}") } else { v.to_string() }
 }
