@@ -96,7 +96,7 @@ impl Slices {
         let [least, most] = volume.value_range();
         let range = (most - least).max(f64::MIN_POSITIVE);
         let window = ((hi - lo) * across.clamp(-2.0, 2.0).exp()).clamp(range * 1e-4, range * 4.0);
-        let level = (0.5 * (lo + hi) + down * (hi - lo)).clamp(least - range, most + range);
+        let level = (0.5 * (lo + hi) - down * (hi - lo)).clamp(least - range, most + range);
         self.levels = Some([level - 0.5 * window, level + 0.5 * window]);
     }
 
@@ -328,6 +328,10 @@ mod tests {
         slices.drag_levels(&volume, [-0.5, 0.0]);
         let [lo, hi] = slices.levels(&volume);
         assert!(hi - lo < 252.0 && (lo + hi - 252.0).abs() < 1e-9);
+        // Down lowers the level, as it does in the image.
+        slices.drag_levels(&volume, [0.0, 0.25]);
+        let [lower, upper] = slices.levels(&volume);
+        assert!(lower < lo && (upper - lower - (hi - lo)).abs() < 1e-9);
         for drag in [[9.0, 9.0], [-99.0, 0.0], [0.0, -99.0]] {
             (0..50).for_each(|_| slices.drag_levels(&volume, drag));
             let [lo, hi] = slices.levels(&volume);
