@@ -91,7 +91,7 @@ impl Camera {
         triple("position", self.position)?;
         triple("focal point", self.focal_point)?;
         triple("view up", self.view_up)?;
-        if DVec3::from_array(self.view_up).length() < 1e-12 {
+        if direction_of(self.view_up).is_none() {
             let found = format!("{:?}", self.view_up);
             return Err(CameraError::Field { field: "view up", found, expected: "a direction, not zero" });
         }
@@ -111,7 +111,10 @@ impl Camera {
                 expected: "a length above 0",
             });
         }
-        if DVec3::from_array(self.position).distance(DVec3::from_array(self.focal_point)) < 1e-12 {
+        // Closer than rounding of the coordinates.
+        let [position, focal_point] = [self.position, self.focal_point].map(DVec3::from_array);
+        let size = position.abs().max_element().max(focal_point.abs().max_element());
+        if (focal_point - position).abs().max_element() <= 4.0 * f64::EPSILON * size {
             return Err(CameraError::NoDirection { at: self.position });
         }
         Ok(())
@@ -119,8 +122,9 @@ impl Camera {
 
     /// The axes of the view. A view along `view_up` takes the next best direction for up.
     pub fn axes(&self) -> ViewAxes {
-        let forward = (DVec3::from_array(self.focal_point) - DVec3::from_array(self.position)).normalize();
-        let up = DVec3::from_array(self.view_up).normalize();
+        let way = DVec3::from_array(self.focal_point) - DVec3::from_array(self.position);
+        let forward = direction_of(way.to_array()).unwrap_or(DVec3::NEG_Z);
+        let up = direction_of(self.view_up).unwrap_or(DVec3::Y);
         let right = forward.cross(up);
         let right = if right.length() < 1e-6 { forward.any_orthonormal_vector() } else { right.normalize() };
         ViewAxes { right, up: right.cross(forward), forward }
@@ -143,10 +147,12 @@ impl Camera {
     /// A camera that looks along `forward` at a box (or any points) and shows all of it, with `margin` (1.05: a
     /// twentieth) around, in an image of this aspect ratio (width / height).
     pub fn framing(points: &[DVec3], forward: DVec3, up: DVec3, aspect: f64, margin: f64) -> Self {
-        let center = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+        let center = points.iter().map(|p| *p / points.len().max(1) as f64).sum::<DVec3>();
+        let radius = points.iter().map(|p| (*p - center).abs().max_element()).fold(0.0, f64::max);
+        let radius = if radius > 0.0 { radius } else { 1.0 };
         let mut camera = Self {
-            position: (center - forward.normalize()).to_array(),
-            focal_point: center.to_array(),
+            position: (-forward.normalize()).to_array(),
+            focal_point: [0.0; 3],
             view_up: up.to_array(),
             view_angle: Self::VIEW_ANGLE,
             orthographic: None,
@@ -159,8 +165,9 @@ impl Camera {
             let across = (axes.right.dot(p).abs() / aspect).max(axes.up.dot(p).abs());
             across / slope - axes.forward.dot(p)
         });
-        let distance = distance.fold(0.0, f64::max).max(1e-9);
+        let distance = distance.fold(0.0, f64::max).max(1e-9 * radius);
         camera.position = (center - axes.forward * distance).to_array();
+        camera.focal_point = center.to_array();
         camera
     }
 
@@ -195,6 +202,16 @@ impl Camera {
         let focal = DVec3::from_array(self.focal_point);
         self.position = (focal + rotation * (DVec3::from_array(self.position) - focal)).to_array();
     }
+}
+
+/// The unit vector along `v`, of any length; none for zero.
+fn direction_of(v: [f64; 3]) -> Option<DVec3> {
+    let v = DVec3::from_array(v);
+    v.try_normalize().or_else(|| {
+        // Squares of very long and very short vectors are no numbers.
+        let size = v.abs().max_element();
+        (size > 0.0).then(|| (v / size).normalize())
+    })
 }
 
 /// Makes the ray of each pixel of one image.

@@ -68,6 +68,16 @@ impl Image {
         Ok(Self { width, height, pixels, depth: None })
     }
 
+    /// The image with its depths in another unit of length, `unit` times as long as the new one.
+    #[must_use]
+    pub fn with_depth_unit(mut self, unit: f64) -> Self {
+        if unit != 1.0 {
+            let depths = self.depth.iter_mut().flatten();
+            depths.for_each(|depth| *depth = (f64::from(*depth) * unit) as f32);
+        }
+        self
+    }
+
     /// An image of one premultiplied colour.
     pub fn filled(width: u32, height: u32, color: [f32; 4]) -> Result<Self, ImageError> {
         let pixels = vec![color; pixel_count(width, height)?];

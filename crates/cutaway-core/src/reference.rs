@@ -74,6 +74,7 @@ pub fn render(scene: &Scene) -> Image {
 
 /// Renders a scene; `progress` is called with the finished share of the rows, 0..=1, from any thread.
 pub fn render_with_progress(scene: &Scene, progress: &(dyn Fn(f32) + Sync)) -> (Image, Statistics) {
+    let scene = &*scene.normalised();
     let (width, height) = scene.resolution();
     let rays = scene.camera().rays(width, height);
     let caster = Caster::new(scene);
@@ -91,7 +92,7 @@ pub fn render_with_progress(scene: &Scene, progress: &(dyn Fn(f32) + Sync)) -> (
     let depths = cast().map(|p| p.depth as f32).collect();
     let image = Image::new(width, height, colors).and_then(|image| image.with_depth(depths));
     let image = image.expect("one pixel a ray of a resolution that the scene has checked");
-    (image.blurred(scene.settings().blur), statistics)
+    (image.blurred(scene.settings().blur).with_depth_unit(scene.space().unit), statistics)
 }
 
 /// What a row of rays shares.

@@ -9,6 +9,8 @@
 
 mod convert;
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3, UVec3};
 use rayon::prelude::*;
 
@@ -244,7 +246,7 @@ pub enum VolumeError {
         intercept: f64,
     },
     /// Stored numbers are finite, and their values are not.
-    #[error("the values go from {:e} to {:e}; expected numbers that 64 bits hold, up to 1.8e308", range[0], range[1])]
+    #[error("the values go from {:e} to {:e}; expected numbers and differences that 64 bits hold, up to 1.8e308", range[0], range[1])]
     Range {
         /// Smallest and largest value.
         range: [f64; 2],
@@ -288,11 +290,11 @@ macro_rules! voxel {
 voxel!(u8 => U8, i64; i8 => I8, i64; u16 => U16, i64; i16 => I16, i64; u32 => U32, i64; i32 => I32, i64;
     u64 => U64, i128; i64 => I64, i128; f32 => F32, f64; f64 => F64, f64);
 
-/// Voxels on a regular grid, their meaning and their place in the world.
+/// Voxels on a regular grid, their meaning and their place in the world. Cloning shares the voxels.
 #[derive(Clone, Debug)]
 pub struct Volume {
     dimensions: UVec3,
-    voxels: Voxels,
+    voxels: Arc<Voxels>,
     rescale: Rescale,
     geometry: Geometry,
     voxel_from_world: DAffine3,
@@ -380,12 +382,12 @@ impl Volume {
             intercept: rescale.intercept + rescale.slope * stored.offset,
         };
         let held = rescale.slope.is_finite() && rescale.slope != 0.0 && rescale.intercept.is_finite();
-        if !(held && a.is_finite() && b.is_finite()) {
+        if !(held && (b - a).is_finite()) {
             return Err(VolumeError::Range { range: [a, b] });
         }
         Ok(Self {
             dimensions,
-            voxels: stored.voxels,
+            voxels: Arc::new(stored.voxels),
             rescale,
             geometry,
             voxel_from_world,
@@ -395,6 +397,15 @@ impl Volume {
             replaced: stored.replaced,
             loss,
         })
+    }
+
+    /// The same voxels with another meaning and in another place.
+    pub(crate) fn placed(&self, rescale: Rescale, world_from_voxel: DAffine3) -> Result<Self, VolumeError> {
+        let geometry = Geometry { world_from_voxel, ..self.geometry };
+        let voxel_from_world = invert(&geometry.world_from_voxel)?;
+        let [a, b] = self.stored_range.map(|stored| rescale.value(f64::from(stored)));
+        let value_range = [a.min(b), a.max(b)];
+        Ok(Self { rescale, geometry, voxel_from_world, value_range, ..self.clone() })
     }
 
     /// Voxels along x, y, z.

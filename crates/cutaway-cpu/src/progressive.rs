@@ -13,6 +13,7 @@
 //! view; a viewer makes one after each change. It is `Send`: a viewer drives it from a thread of its own, sets the flag
 //! when the user moves on, and drops it.
 
+use std::borrow::Cow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -52,7 +53,7 @@ pub struct Progressive<'a> {
     renderer: &'a CpuRenderer,
     volume: &'a CpuVolume,
     classification: &'a Classification,
-    scene: &'a Scene,
+    scene: Cow<'a, Scene>,
     /// What is being cast: whole at any time, filled in from the lattice before where it is not cast yet.
     current: Lattice,
     /// Tiles of the current lattice, and how many of them are cast.
@@ -74,6 +75,7 @@ impl CpuRenderer {
         classification: &'a Classification,
         scene: &'a Scene,
     ) -> Progressive<'a> {
+        let scene = scene.normalised();
         let size = scene.resolution();
         let spacing = first_spacing(size);
         let dimensions = Lattice::dimensions(size, spacing);
@@ -136,7 +138,8 @@ impl Progressive<'_> {
         let depths = DepthFill::of(self.scene.settings().mode);
         let size = self.scene.resolution();
         let blur = self.scene.settings().blur;
-        self.renderer.install(|| self.current.filled(size, 1, depths).into_image().blurred(blur))
+        let image = self.renderer.install(|| self.current.filled(size, 1, depths).into_image().blurred(blur));
+        image.with_depth_unit(self.scene.space().unit)
     }
 
     /// What all calls together took.
@@ -178,12 +181,13 @@ impl Progressive<'_> {
     /// Casts tiles of the current lattice, in their order; at least one where `one` says so and nobody cancels.
     fn cast_tiles(&mut self, deadline: Option<Instant>, cancel: &AtomicBool, one: bool) {
         let Self { renderer, tiles, cast, current, .. } = self;
-        let full = Frame::new(self.scene);
+        let scene = self.scene.clone();
+        let full = Frame::new(&scene);
         let frame = match current.spacing {
             1 => full,
             spacing => full.lattice(0, spacing, (current.raster.width, current.raster.height)),
         };
-        let kernel = Kernel::new(self.volume, self.classification, self.scene);
+        let kernel = Kernel::new(self.volume, self.classification, &scene);
         let begin = *cast;
         let next = AtomicUsize::new(begin);
         let finished: Mutex<Vec<(Tile, Duration)>> = Mutex::new(Vec::new());

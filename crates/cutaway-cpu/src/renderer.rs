@@ -143,7 +143,7 @@ impl CpuRenderer {
 
     /// Classifies a prepared volume; see [`Classification`].
     pub fn classify(&self, volume: &CpuVolume, scene: &Scene) -> Classification {
-        self.pool.install(|| Classification::new(volume, scene))
+        self.pool.install(|| Classification::new(volume, &scene.normalised()))
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of
@@ -155,6 +155,7 @@ impl CpuRenderer {
         scene: &Scene,
         progress: &(dyn Fn(f32) + Sync),
     ) -> (Image, Statistics) {
+        let scene = &*scene.normalised();
         let frame = Frame::new(scene);
         let kernel = self.pool.install(|| Kernel::new(volume, classification, scene));
         let mut render = Render {
@@ -170,7 +171,8 @@ impl CpuRenderer {
             ImageInterpolation::Factor(factor) => render.every_so_many(factor),
             ImageInterpolation::Adaptive => render.adaptive(),
         });
-        (self.install(|| raster.into_image().blurred(scene.settings().blur)), render.tally.statistics())
+        let image = self.install(|| raster.into_image().blurred(scene.settings().blur));
+        (image.with_depth_unit(scene.space().unit), render.tally.statistics())
     }
 
     /// Runs work on every thread at once.

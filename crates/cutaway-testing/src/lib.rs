@@ -10,3 +10,4 @@ pub mod real;
 pub mod scenes;
 pub mod tetrahedra;
 pub mod tolerances;
+pub mod units;

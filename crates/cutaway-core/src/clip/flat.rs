@@ -176,6 +176,16 @@ impl FlatClip {
         Ok(())
     }
 
+    /// The same in another world: one that an invertible map leads to.
+    pub(crate) fn seen_from(&self, other_from_world: &DAffine3) -> Self {
+        let world_from_other = other_from_world.inverse();
+        let mut seen = self.clone();
+        for leaf in &mut seen.leaves {
+            leaf.object_from_world *= world_from_other;
+        }
+        seen
+    }
+
     /// The objects, in the order of the tree.
     pub fn leaves(&self) -> &[FlatLeaf] {
         &self.leaves

@@ -6,6 +6,7 @@ mod checks;
 mod choices;
 mod data;
 mod layer;
+mod normal;
 mod settings;
 
 use glam::DVec3;
@@ -15,6 +16,7 @@ pub use checks::{MAX_RESOLUTION, SceneError};
 pub use choices::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
 pub use data::Data;
 pub use layer::Layer;
+pub use normal::SceneSpace;
 pub use settings::RenderSettings;
 
 use crate::camera::Camera;
@@ -35,6 +37,7 @@ pub struct Scene {
     settings: RenderSettings,
     clip: Option<FlatClip>,
     clip_shading: ClipShading,
+    space: SceneSpace,
 }
 
 impl Scene {
@@ -47,7 +50,8 @@ impl Scene {
         camera.validate()?;
         validate_settings(&settings)?;
         let layers = vec![layer.brightened(settings.brightness)];
-        Ok(Self { layers, camera, settings, clip: None, clip_shading: ClipShading::default() })
+        let (clip_shading, space) = (ClipShading::default(), SceneSpace::WORLD);
+        Ok(Self { layers, camera, settings, clip: None, clip_shading, space })
     }
 
     /// The same scene, clipped: of the volume, what is inside `clip` is shown.

@@ -1,7 +1,7 @@
 //! A mesh of tetrahedra on the device: projected one by one, then sorted by the depth of their centroids.
 
 use bytemuck::{Pod, Zeroable};
-use cutaway_core::glam::{DAffine3, DVec3};
+use cutaway_core::glam::{DAffine3, DMat3, DVec3};
 use cutaway_core::tetrahedra::TetrahedralMesh;
 
 use super::drawing::{Drawing, indices};
@@ -110,13 +110,13 @@ impl GpuTetrahedra {
             BinSpan::of(least, values.into_iter().fold(f32::NEG_INFINITY, f32::max))
         };
         let spans = mesh.cells().iter().map(span_of).collect();
-        let middle = middle(mesh.bounds());
+        let (middle, unit) = (middle(mesh.bounds()), unit(mesh.bounds()));
         let values = mesh.values().iter().map(|v| bin_of(*v));
         let places: Vec<[f32; 4]> = mesh
             .points()
             .iter()
             .zip(values)
-            .map(|(p, v)| (*p - middle).as_vec3().extend(v).to_array())
+            .map(|(p, v)| ((*p - middle) / unit).as_vec3().extend(v).to_array())
             .collect();
         let runs = sort_runs(gpu, cells);
         let at_once = DRAWN_AT_ONCE[usize::from(!gpu.adapter().software)].min(cells as u32);
@@ -173,12 +173,13 @@ impl GpuTetrahedra {
 
     /// Where the space of its points is.
     pub(super) fn world_from_cells(&self) -> DAffine3 {
-        DAffine3::from_translation(middle(self.bounds))
+        let scale = DVec3::splat(unit(self.bounds));
+        DAffine3 { matrix3: DMat3::from_diagonal(scale), translation: middle(self.bounds) }
     }
 
     /// The box around it, in that space.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
-        self.bounds.map(|corner| corner - middle(self.bounds))
+        self.bounds.map(|corner| (corner - middle(self.bounds)) / unit(self.bounds))
     }
 
     pub(super) fn cells(&self) -> u64 {
@@ -328,7 +329,7 @@ impl GpuTetrahedra {
 
     /// The depths between which all points are.
     fn depths(&self, view: &CellCamera) -> [f64; 2] {
-        let half = 0.5 * (self.bounds[1] - self.bounds[0]);
+        let half = 0.5 * (self.bounds[1] - self.bounds[0]) / unit(self.bounds);
         let row = view.rows[2];
         let reach = row.truncate().abs().dot(half);
         [row.w - reach, row.w + reach]
@@ -370,6 +371,12 @@ impl GpuTetrahedra {
 
 fn middle([lo, hi]: [DVec3; 2]) -> DVec3 {
     0.5 * (lo + hi)
+}
+
+/// World units of one unit of its points' space: 1 for sizes that 32-bit floats compute well with, else a power of two.
+fn unit([lo, hi]: [DVec3; 2]) -> f64 {
+    let exponent = (hi - lo).max_element().log2().floor();
+    if exponent.abs() > 20.0 { exponent.exp2() } else { 1.0 }
 }
 
 /// Gradients in the unit that those of grids have: the range of stored numbers per largest spacing (of the lattice).

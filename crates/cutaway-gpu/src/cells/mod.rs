@@ -205,6 +205,7 @@ impl CellRenderer {
     /// Classifies what is prepared for a scene.
     pub fn classify(&self, cells: &PreparedCells, scene: &Scene) -> Result<CellClassification, GpuError> {
         check_mode(scene)?;
+        let scene = &*scene.normalised();
         let (ranges, voxels) = (cells.volume.ranges(), cells.volume.voxels());
         let classification = GpuClassification::new(&self.gpu, &self.blocks, ranges, voxels, scene)?;
         let tables = Tables::new(&self.gpu, scene, voxels.texels())?;
@@ -264,6 +265,7 @@ impl CellRenderer {
         take: impl FnOnce(&Finished, CellStatistics) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
         check_mode(scene)?;
+        let scene = &*scene.normalised();
         let size = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(PoisonError::into_inner);
         let targets = match kept.take() {
@@ -297,8 +299,10 @@ impl CellRenderer {
             None => ClipStatistics::default(),
         };
         let segments = clipping.segments().filter(|_| scene.clip().is_some());
-        let world_from_cells =
-            cells.mesh.as_ref().map_or(*scene.volume().world_from_voxel(), GpuTetrahedra::world_from_cells);
+        let world_from_cells = match &cells.mesh {
+            Some(mesh) => scene.space().scene_from_world() * mesh.world_from_cells(),
+            None => *scene.volume().world_from_voxel(),
+        };
         let view = CellCamera::new(&RayPlane::new(scene, size), &world_from_cells, size);
         let source = match &cells.mesh {
             Some(_) => Source::Mesh,

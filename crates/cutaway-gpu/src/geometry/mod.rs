@@ -247,17 +247,18 @@ struct Upload {
 impl Upload {
     fn new(gpu: &Gpu, scene: &Scene, size: [u32; 2], part: &OpaquePart) -> Result<Self, GpuError> {
         let volume = scene.volume();
+        let scene_from_mesh = scene.space().scene_from_world() * part.world_from_mesh;
         let triangles = part.mesh.triangles().len() as u64;
         let most = gpu.capabilities().max_buffer;
         if triangles * 36 > most || triangles > u64::from(u32::MAX / 3) {
             let what = format!("a mesh of {triangles} triangles, whose corners take more than {most} bytes");
             return Err(GpuError::OutOfMemory { what });
         }
-        let voxel_from_mesh = *volume.voxel_from_world() * part.world_from_mesh;
+        let voxel_from_mesh = *volume.voxel_from_world() * scene_from_mesh;
         let rays = scene.camera().rays(size[0], size[1]);
         let mut far: f64 = volume.spacing().max_element();
         for vertex in part.mesh.vertices() {
-            far = far.max(rays.depth_of(part.world_from_mesh.transform_point3(vertex.as_dvec3())));
+            far = far.max(rays.depth_of(scene_from_mesh.transform_point3(vertex.as_dvec3())));
         }
         let place = |v: &u32| {
             let vertex: DVec3 = part.mesh.vertices()[*v as usize].as_dvec3();

@@ -139,6 +139,7 @@ impl RaycastRenderer {
 
     /// Classifies a prepared volume for a scene.
     pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<GpuClassification, GpuError> {
+        let scene = &*scene.normalised();
         GpuClassification::new(&self.gpu, &self.blocks, volume.ranges(), volume.voxels(), scene)
     }
 
@@ -149,7 +150,10 @@ impl RaycastRenderer {
 
     /// The layers that the frame rendered last was peeled into, which was one of this scene; none where it was not peeled.
     pub fn peeled_layers(&self, scene: &Scene) -> Result<Vec<ClipLayer>, GpuError> {
-        self.clip.lock().unwrap_or_else(std::sync::PoisonError::into_inner).layers(&self.gpu, scene)
+        self.clip
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .layers(&self.gpu, &scene.normalised())
     }
 
     /// Renders a frame of a scene with a classification made for it. `progress` is called with the finished share of the
@@ -222,6 +226,7 @@ impl RaycastRenderer {
                 clip: drawn.clip,
                 gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
             };
+            let image = image.with_depth_unit(scene.normalised().space().unit);
             Ok(Rendered { image, statistics, fetches })
         })
     }
@@ -236,6 +241,7 @@ impl RaycastRenderer {
         progress: &dyn Fn(f32),
         take: impl FnOnce(&Finished, &Drawn) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
+        let scene = &*scene.normalised();
         debug_assert!(volume.voxels().is_of(scene));
         let resolution = Lattice::of(scene).size;
         let mut kept = self.targets.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -293,6 +299,7 @@ impl RaycastRenderer {
         scene: &Scene,
         parts: &[OpaquePart],
     ) -> Result<OpaqueGeometry, GpuError> {
+        let scene = &*scene.normalised();
         let frame = FrameUniforms::new(scene, volume.voxels(), classification, scene.settings().resolution);
         self.geometry.draw(&self.gpu, scene, &frame, parts)
     }
@@ -303,7 +310,7 @@ impl RaycastRenderer {
         classification: &GpuClassification,
         scene: &Scene,
     ) -> Result<Option<ProxyCounts>, GpuError> {
-        self.proxy_of(classification, scene)?.map(|proxy| proxy.counts(&self.gpu)).transpose()
+        self.proxy_of(classification, &scene.normalised())?.map(|proxy| proxy.counts(&self.gpu)).transpose()
     }
 
     fn proxy_of(

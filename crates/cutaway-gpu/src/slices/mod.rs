@@ -199,6 +199,7 @@ impl SliceRenderer {
         if scene.settings().mode == Mode::Iso {
             return Err(GpuError::NoIsosurfaces);
         }
+        let scene = &*scene.normalised();
         let shared = &volume.on_device;
         let on_device =
             GpuClassification::new(&self.gpu, &self.blocks, shared.ranges(), shared.voxels(), scene)?;
@@ -231,7 +232,8 @@ impl SliceRenderer {
             let read = frame::read(&self.gpu, &finished.textures)?;
             let gpu_ms = self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
             let statistics = Statistics { rays: read.taken.rays, gpu_ms, ..drawn };
-            Ok((without_false_depths(read.image, scene), statistics))
+            let image = without_false_depths(read.image, scene);
+            Ok((image.with_depth_unit(scene.normalised().space().unit), statistics))
         })
     }
 
@@ -259,6 +261,7 @@ impl SliceRenderer {
         progress: &Progress,
         take: impl FnOnce(&Finished, Statistics) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
+        let scene = &*scene.normalised();
         let shared = &volume.on_device;
         debug_assert!(shared.voxels().is_of(scene));
         let size = Lattice::of(scene).size;
