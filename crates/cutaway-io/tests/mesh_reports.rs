@@ -1,0 +1,234 @@
+//! Mesh files as other programs write them, each of which was once refused or read wrongly. Numbers are those of the
+//! reports that they come from.
+
+mod mesh_samples;
+
+use cutaway_io::mesh::{MeshReadError, MeshReadOptions, read_mesh_bytes};
+use cutaway_io::volume::{Loaded, MemoryFolder};
+use cutaway_mesh::{Topology, TriangleMesh};
+use mesh_samples::gzip;
+
+fn read(name: &str, bytes: &[u8]) -> Result<Loaded<TriangleMesh>, MeshReadError> {
+    read_mesh_bytes(name, bytes, &MemoryFolder::new(), &MeshReadOptions::default())
+}
+
+fn counted(name: &str, bytes: &[u8]) -> (Topology, Vec<String>) {
+    let loaded = read(name, bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
+    (Topology::new(&loaded.value), loaded.notices)
+}
+
+/// Corners and outward faces of the box from 0 to `size`.
+fn cuboid(size: [f64; 3]) -> (Vec<[f64; 3]>, Vec<Vec<usize>>) {
+    let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|b| b as f64);
+    let corners = (0..8).map(corner).map(|c| [0, 1, 2].map(|axis| c[axis] * size[axis])).collect();
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    (corners, faces.map(|face| face.to_vec()).to_vec())
+}
+
+fn triangles(faces: &[Vec<usize>]) -> Vec<[usize; 3]> {
+    faces.iter().flat_map(|f| (1..f.len() - 1).map(|i| [f[0], f[i], f[i + 1]])).collect()
+}
+
+fn obj(corners: &[[f64; 3]], faces: &[Vec<usize>]) -> String {
+    let mut text = String::new();
+    corners.iter().for_each(|[x, y, z]| text += &format!("v {x} {y} {z}\n"));
+    for face in faces {
+        let names: Vec<String> = face.iter().map(|v| (v + 1).to_string()).collect();
+        text += &format!("f {}\n", names.join(" "));
+    }
+    text
+}
+
+fn ply(corners: &[[f64; 3]], faces: &[Vec<usize>], comment: &str) -> String {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\n{comment}element vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        corners.len(),
+        faces.len()
+    );
+    corners.iter().for_each(|[x, y, z]| text += &format!("{x} {y} {z}\n"));
+    for face in faces {
+        let names: Vec<String> = face.iter().map(ToString::to_string).collect();
+        text += &format!("{} {}\n", face.len(), names.join(" "));
+    }
+    text
+}
+
+fn stl_text(corners: &[[f64; 3]], faces: &[Vec<usize>], name: &str, end: &str) -> String {
+    let mut text = format!("solid {name}\n");
+    for face in faces {
+        text += " facet normal 0 0 0\n  outer loop\n";
+        face.iter().map(|v| corners[*v]).for_each(|[x, y, z]| text += &format!("   vertex {x} {y} {z}\n"));
+        text += "  endloop\n endfacet\n";
+    }
+    text + end
+}
+
+/// Binary STL with any header, count, attribute field and bytes after each triangle.
+fn stl_binary(header: &str, count: Option<u32>, attribute: u16, payload: usize) -> Vec<u8> {
+    let (corners, faces) = cuboid([1.0, 2.0, 3.0]);
+    let triangles = triangles(&faces);
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.resize(80, 0);
+    bytes.extend(count.unwrap_or(triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        bytes.extend([0; 12]);
+        triangle.iter().flat_map(|v| corners[*v]).for_each(|c| bytes.extend((c as f32).to_le_bytes()));
+        bytes.extend(attribute.to_le_bytes());
+        bytes.extend((0..payload).map(|i| i as u8));
+    }
+    bytes
+}
+
+#[track_caller]
+fn assert_box(t: &Topology) {
+    assert!(t.is_closed(), "{t:?}");
+    assert_eq!((t.used_vertices, t.triangles, t.area, t.volume), (8, 12, 22.0, 6.0));
+}
+
+/// A prism of height 2 over the polygon; corners that are named twice are one vertex or two.
+fn prism(polygon: &[[f64; 2]], shared: bool) -> (Vec<[f64; 3]>, Vec<Vec<usize>>) {
+    let mut places: Vec<[f64; 2]> = Vec::new();
+    let corner = |p: &[f64; 2]| match places.iter().position(|q| q == p).filter(|_| shared) {
+        Some(i) => i,
+        None => {
+            places.push(*p);
+            places.len() - 1
+        }
+    };
+    let top: Vec<usize> = polygon.iter().map(corner).collect();
+    let n = places.len();
+    let corners = [2.0, 0.0].iter().flat_map(|z| places.iter().map(|[x, y]| [*x, *y, *z])).collect();
+    let bottom: Vec<usize> = top.iter().rev().map(|v| v + n).collect();
+    let next = top.iter().cycle().skip(1);
+    let sides = top.iter().zip(next).filter(|(a, b)| a != b).map(|(&a, &b)| vec![a, a + n, b + n, b]);
+    let faces = [vec![top.clone(), bottom], sides.collect()].concat();
+    (corners, faces)
+}
+
+#[test]
+fn report_21_faces_that_name_a_corner_twice_are_covered_once() {
+    let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
+    let hole = |x: f64| [[x, 1.0], [x, 3.0], [x + 2.0, 3.0], [x + 2.0, 1.0], [x, 1.0]];
+    let wide = [[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
+    let bridged = [&square[..], &hole(1.0)[..]].concat();
+    let two = [&wide[..], &hole(1.0)[..], &wide[..1], &hole(5.0)[..]].concat();
+    let l = [[0.0, 0.0], [0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
+    let triangle = [&square[..], &[[1.0, 1.0], [1.0, 2.0], [2.0, 2.0], [1.0, 1.0]]].concat();
+    let touching = [&square[..], &[[1.0, 2.0], [2.0, 1.0]]].concat();
+    let cases = [
+        ("keyhole", bridged, 12.0),
+        ("two holes", two, 24.0),
+        ("doubled corners", l.to_vec(), 7.0),
+        ("triangle", triangle, 15.5),
+        ("touching", touching, 14.5),
+    ];
+    for (what, polygon, end) in cases {
+        for shared in [true, false] {
+            let (corners, faces) = prism(&polygon, shared);
+            let (ends, _walls) = faces.split_at(2);
+            for (name, text) in [("a.obj", obj(&corners, ends)), ("a.ply", ply(&corners, ends, ""))] {
+                let (t, _) = counted(name, text.as_bytes());
+                assert!((t.area - 2.0 * end).abs() < 1e-5, "{what} {name}: {} for {}", t.area, 2.0 * end);
+            }
+            let (t, _) = counted("a.obj", obj(&corners, &faces).as_bytes());
+            assert!(!shared || t.unbalanced_edges == 0, "{what}: {t:?}");
+            let (t, _) = counted("a.stl", stl_text(&corners, &faces, "part", "endsolid\n").as_bytes());
+            assert!((t.volume - 2.0 * end).abs() < 1e-5, "{what}: {}", t.volume);
+        }
+    }
+}
+
+#[test]
+fn report_22_comments_and_names_end_at_their_line_end() {
+    let (corners, faces) = cuboid([1.0, 2.0, 3.0]);
+    let text = obj(&corners, &faces);
+    for line in [
+        "# made in C:\\parts\\",
+        "g part\\",
+        "o C:\\",
+        "usemtl steel\\",
+        "mtllib C:\\a\\",
+        "s off\\",
+        "#\\",
+        "xyz \\",
+    ] {
+        let (t, notices) = counted("a.obj", format!("{line}\n{text}").as_bytes());
+        assert_box(&t);
+        assert_eq!(notices, [""; 0], "{line}");
+        // Between the lines, and behind a face.
+        let (t, _) = counted("a.obj", text.replacen("f ", &format!("{line}\nf "), 1).as_bytes());
+        assert_box(&t);
+    }
+    assert_box(&counted("a.obj", text.replace("\nf", " # C:\\\nf").as_bytes()).0);
+    // What has numbers goes on.
+    let continued = text.replace("v 1", "v \\\n 1").replace("f 1 ", "f 1\\\n").replace('\n', "\r\n");
+    assert_box(&counted("a.obj", continued.as_bytes()).0);
+    let (_, notices) = counted("a.obj", format!("1 2 3\n{text}").as_bytes());
+    assert!(notices[0].contains("line 1: found numbers without a keyword"), "{notices:?}");
+}
+
+#[test]
+fn report_24_text_may_end_with_two_words_or_none() {
+    let (corners, faces) = cuboid([1.0, 2.0, 3.0]);
+    let faces: Vec<Vec<usize>> = triangles(&faces).iter().map(|t| t.to_vec()).collect();
+    for end in ["end solid\n", "End Solid part\n", "endsolid", "end solid part"] {
+        let (t, notices) = counted("a.stl", stl_text(&corners, &faces, "part", end).as_bytes());
+        assert_box(&t);
+        assert_eq!(notices, [""; 0], "{end}");
+    }
+    let spaced = stl_text(&corners, &faces, "part", "end solid");
+    let spaced = spaced.replace("endloop", "end loop").replace("endfacet", "END FACET");
+    assert_box(&counted("a.stl", spaced.as_bytes()).0);
+    let (t, notices) = counted("a.stl", stl_text(&corners, &faces, "part", "").as_bytes());
+    assert_box(&t);
+    assert!(notices[0].contains("does not end with `endsolid`"), "{notices:?}");
+    // With a triangle missing nobody knows what else is.
+    let error =
+        read("a.stl", stl_text(&corners, &faces[1..], "part", "").as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("cut short"), "{error}");
+}
+
+#[test]
+fn report_24_the_length_of_a_binary_file_decides_about_its_count() {
+    for count in [0, 1, 11, 13, 1000, u32::MAX] {
+        for attribute in [0, 0x7fff] {
+            let bytes = stl_binary("any header", Some(count), attribute, 0);
+            for (name, bytes) in [("a.stl", bytes.clone()), ("a.stl.gz", gzip(&bytes))] {
+                let (t, notices) = counted(name, &bytes);
+                assert_box(&t);
+                let says = format!("says {count} triangles, but the file holds 12");
+                assert!(notices[0].contains(&says), "{notices:?}");
+            }
+        }
+    }
+    // Cut short at the end of a triangle.
+    let bytes = stl_binary("any header", None, 0, 0);
+    let error = read("a.stl", &bytes[..bytes.len() - 50]).unwrap_err().to_string();
+    assert!(error.contains("found 550 bytes of triangles, expected 600 for 12"), "{error}");
+}
+
+#[test]
+fn report_65_attributes_are_skipped_or_refused_but_never_read_as_triangles() {
+    for payload in [1u16, 2, 7, 50, 100, 300] {
+        let bytes = stl_binary("attributes", None, payload, usize::from(payload));
+        for (name, bytes) in [("a.stl", bytes.clone()), ("a.stl.gz", gzip(&bytes))] {
+            let (t, notices) = counted(name, &bytes);
+            assert_box(&t);
+            let says = format!("has {} bytes of attributes", 12 * u32::from(payload));
+            assert!(notices[0].contains(&says), "{notices:?}");
+        }
+        // A count that is not the length of what follows.
+        let error = read("a.stl", &[bytes, vec![7; 3]].concat()).unwrap_err().to_string();
+        let says = format!("{} bytes more than they take", 12 * u32::from(payload) + 3);
+        assert!(error.contains(&says), "{error}");
+    }
+    for colour in [1, 0x7fff, 0xffff] {
+        let (t, notices) = counted("a.stl", &stl_binary("COLOR=", None, colour, 0));
+        assert_box(&t);
+        assert_eq!(notices, [""; 0]);
+    }
+    let (t, notices) = counted("a.stl", &[stl_binary("plain", None, 0, 0), vec![b'\n'; 3]].concat());
+    assert_box(&t);
+    assert!(notices[0].contains("has 3 extra bytes after its 12 triangles; ignored them"), "{notices:?}");
+}
