@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::anyhow;
 use cutaway_core::scene::Data;
 use cutaway_core::volume::{Volume, VoxelType};
-use cutaway_io::mesh::recognize;
+use cutaway_io::mesh::{identify, recognize};
 use cutaway_io::named::{NamedVolume, NamedVolumeError, VolumeName, read_named};
 use cutaway_io::samples::{self, SampleError};
 use cutaway_io::scene_file::{VolumeReference, paths};
@@ -97,9 +97,14 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
     let file = path.display();
     let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "ply" | "stl" | "obj" | "glb" | "gltf" => {
-            anyhow!("{file}: this is a mesh, not a volume; `cutaway info` and `cutaway convert` read meshes")
-        }
+        "ply" | "stl" | "obj" | "glb" | "gltf" => match identify(path) {
+            Ok(_) => {
+                anyhow!(
+                    "{file}: this is a mesh, not a volume; `cutaway info` and `cutaway convert` read meshes"
+                )
+            }
+            Err(error) => error.into(),
+        },
         "json" | "vp" if transfer_function::recognize(path).is_some() => {
             anyhow!(
                 "{file}: this is a transfer function, not a volume; `cutaway render` takes it as --transfer-function"

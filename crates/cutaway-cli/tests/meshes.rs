@@ -122,3 +122,17 @@ fn help_explains_converting() {
     assert!(run(folder.path(), "help info").succeeds_silently().contains("bunny.ply"));
     assert!(command(folder.path()).arg("convert").output().unwrap().status.code() == Some(2));
 }
+
+#[test]
+fn report_50_what_is_not_a_mesh_is_called_so() {
+    let folder =
+        folder_with(&[("empty.stl", b""), ("zeros.obj", &[0; 64]), ("junk.stl", b"hello"), ("b.glb", b"")]);
+    for (name, found) in [("empty.stl", "it is empty"), ("zeros.obj", "\\0\\0"), ("b.glb", "it is empty")] {
+        for command in
+            [format!("info {name}"), format!("convert {name} o.ply"), format!("render {name} -o o.png")]
+        {
+            run(folder.path(), &command).fails(1, &[&format!("{name}: not a mesh: "), found]);
+        }
+    }
+    run(folder.path(), "info junk.stl").fails(1, &["junk.stl"]);
+}

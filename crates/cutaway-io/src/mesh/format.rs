@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::MeshReadError;
 use super::stl;
-use crate::volume::error::quoted;
+use crate::volume::error::{quoted, shown_name};
 use crate::volume::source::open_file;
 
 /// Bytes of a file (and of what is inside a gzip file) that [`detect`] wants to see.
@@ -67,11 +67,22 @@ impl MeshFormat {
 
 /// The mesh format of the file at `path`, by content and name; `None` where it is none, or cannot be read.
 pub fn recognize(path: &Path) -> Option<MeshFormat> {
-    let mut source = open_file(path).ok()?;
-    let (head, inside) = source.head(HEAD).ok()?;
-    let name = path.file_name()?.to_string_lossy();
+    identify(path).ok()
+}
+
+/// Returns the mesh format of the file at `path`, by content and name, or the reason why it is not a mesh.
+///
+/// # Errors
+/// [`MeshReadError`]: the file cannot be read, is empty, or is not of a known format.
+pub fn identify(path: &Path) -> Result<MeshFormat, MeshReadError> {
+    let file = shown_name(&path.to_string_lossy());
+    let source = open_file(path);
+    let mut source = source.map_err(|error| MeshReadError::Open { file: file.clone(), error, hint: "" })?;
+    let head = source.head(HEAD);
+    let (head, inside) = head.map_err(|error| MeshReadError::Io { file: file.clone(), offset: 0, error })?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     let length = if inside.is_some() { None } else { Some(source.len()) };
-    detect("", &name, inside.as_deref().unwrap_or(&head), length).ok()
+    detect(&file, &name, inside.as_deref().unwrap_or(&head), length)
 }
 
 /// The format of a file, from its first bytes (inside, if it is compressed), its name and, where known, its length.

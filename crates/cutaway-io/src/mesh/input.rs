@@ -6,7 +6,7 @@ use super::error::MeshReadError;
 use crate::limits::Limits;
 use crate::volume::Place;
 use crate::volume::error::quoted;
-use crate::volume::source::Stream;
+use crate::volume::source::{Left, Stream};
 
 /// Longest line of text, in bytes. A polygon of ten thousand corners takes a tenth of it.
 const LONGEST_LINE: usize = 1 << 20;
@@ -45,6 +45,14 @@ impl<'a> Input<'a> {
     /// The most bytes there can be from here on.
     pub(super) fn left(&self) -> u64 {
         self.stream.left().most()
+    }
+
+    /// How many bytes there are from here on, where that is known: not of a compressed file.
+    pub(super) fn left_exactly(&self) -> Option<u64> {
+        match self.stream.left() {
+            Left::Exactly(left) => Some(left),
+            Left::AtMost(_) => None,
+        }
     }
 
     /// Something that the user should know.

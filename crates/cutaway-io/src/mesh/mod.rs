@@ -43,7 +43,7 @@ use std::path::Path;
 use cutaway_mesh::TriangleMesh;
 
 pub use error::MeshReadError;
-pub use format::{MeshFormat, UnknownMeshFormat, recognize};
+pub use format::{MeshFormat, UnknownMeshFormat, identify, recognize};
 pub use write::{MeshWriteError, encode_mesh, write_mesh};
 
 use crate::limits::Limits;

@@ -1,6 +1,7 @@
 //! Wavefront OBJ: <https://paulbourke.net/dataformats/obj/>.
 //!
-//! Read are vertices (`v`) and faces (`f`), with positive numbers and numbers from the end, and lines continued with `\`.
+//! Read are vertices (`v`) and faces (`f`), with positive numbers and numbers from the end. Lines of numbers are continued
+//! with `\`; comments and names end where their line ends.
 //! Texture coordinates, normals, groups, materials, points and lines are of no use here; curves and surfaces are left
 //! out with a notice.
 
@@ -14,9 +15,10 @@ use super::input::{Input, shown, words};
 pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
     let mut builder = Builder::default();
     let (mut line, mut next, mut face) = (Vec::new(), Vec::new(), Vec::new());
-    let mut free_form = 0;
+    let (mut free_form, mut stray) = (0, None);
     while input.read_line(&mut line)? {
-        while line.last() == Some(&b'\\') {
+        // Comments and names may end in a backslash that means nothing, as in `# made in C:\parts\`.
+        while line.last() == Some(&b'\\') && is_continued(&line) {
             line.pop();
             if !input.read_line(&mut next)? {
                 break;
@@ -41,7 +43,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                 let vertex = Vec3::new(coordinate()?, coordinate()?, coordinate()?);
                 builder.vertex(input, vertex)?;
             }
-            Some(b"f") => {
+            Some(b"f" | b"fo") => {
                 face.clear();
                 // What follows is a comment.
                 for word in words.take_while(|word| !word.starts_with(b"#")) {
@@ -53,6 +55,9 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                 builder.face(input, &face, input.line())?;
             }
             Some(b"curv" | b"curv2" | b"surf") => free_form += 1,
+            Some(word) if std::str::from_utf8(word).is_ok_and(|text| text.parse::<f64>().is_ok()) => {
+                stray = stray.or(Some(input.line()));
+            }
             _ => {}
         }
     }
@@ -62,7 +67,24 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
     if free_form > 0 {
         input.notice(format!("{free_form} free-form curves and surfaces left out: only faces are read"));
     }
+    if let Some(place) = stray {
+        input.notice(format!(
+            "{}: {place}found numbers without a keyword such as `v`; ignored them",
+            input.file()
+        ));
+    }
     builder.finish(input, 1)
+}
+
+/// True if a line that ends in a backslash goes on in the next line: one with numbers does, outside comments.
+fn is_continued(line: &[u8]) -> bool {
+    const OF_NUMBERS: [&[u8]; 24] = [
+        b"v", b"vt", b"vn", b"vp", b"f", b"fo", b"l", b"p", b"curv", b"curv2", b"surf", b"parm", b"trim",
+        b"hole", b"scrv", b"sp", b"con", b"deg", b"bmat", b"step", b"cstype", b"end", b"ctech", b"stech",
+    ];
+    let mut words = words(&line[..line.len() - 1]);
+    words.next().is_some_and(|keyword| OF_NUMBERS.contains(&keyword))
+        && !words.any(|word| word.starts_with(b"#"))
 }
 
 /// The vertex that a corner such as `7`, `7/1`, `7//3` or `-1/-1/-1` names, from 0.

@@ -5,12 +5,13 @@
 
 use std::collections::HashMap;
 
-use cutaway_mesh::TriangleMesh;
+use cutaway_mesh::{Topology, TriangleMesh};
 use glam::Vec3;
 
 use super::builder::Builder;
 use super::error::MeshReadError;
 use super::input::{Input, shown, words};
+use crate::volume::Place;
 
 /// Bytes of a binary header, its count included, and of a triangle.
 const HEADER: u64 = 84;
@@ -54,8 +55,25 @@ impl Places {
         self.builder.vertex(input, Vec3::from_array(at))?;
         Ok(number)
     }
+
+    /// Adds the triangle in 50 bytes of a binary file.
+    fn triangle(&mut self, input: &Input<'_>, record: &[u8], start: Place) -> Result<(), MeshReadError> {
+        let mut corners = [0; 3];
+        for (i, corner) in corners.iter_mut().enumerate() {
+            let at = [0, 1, 2].map(|axis| {
+                let bytes = record.get(12 + 12 * i + 4 * axis..).and_then(|rest| rest.first_chunk().copied());
+                f32::from_le_bytes(bytes.unwrap_or_default())
+            });
+            if let Some(wrong) = at.iter().find(|c| !c.is_finite()) {
+                return Err(input.not_finite(start, wrong));
+            }
+            *corner = self.vertex(input, at)?;
+        }
+        self.builder.face(input, &corners, start)
+    }
 }
 
+/// Reads a binary file. Its length decides where its count is wrong, and what follows each triangle.
 pub(super) fn read_binary(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
     let mut header = [0; HEADER as usize];
     let length = input.left();
@@ -63,33 +81,130 @@ pub(super) fn read_binary(input: &mut Input<'_>) -> Result<TriangleMesh, MeshRea
     let Some(count) = count(&header).filter(|_| whole) else {
         return Err(input.too_short("header", length, format!("{HEADER}")));
     };
-    input.check_count("triangles", u64::from(count), TRIANGLE)?;
+    if input.left_exactly() == Some(u64::from(count) * TRIANGLE) {
+        return read_records(input, u64::from(count));
+    }
+    let records = input.read_all()?;
+    let layout = Layout::of(input, count, &records)?;
+    let mut places = Places::default();
+    for (at, record) in layout.records(&records) {
+        places.triangle(input, record, Place::Byte(HEADER + at as u64))?;
+    }
+    let mesh = places.builder.finish(input, 0)?;
+    layout.explain(input, count, &records, &mesh)?;
+    Ok(mesh)
+}
+
+/// Reads as many triangles as there are bytes for.
+fn read_records(input: &mut Input<'_>, count: u64) -> Result<TriangleMesh, MeshReadError> {
     let mut places = Places::default();
     let mut record = [0; TRIANGLE as usize];
     for triangle in 0..count {
         let start = input.byte();
         if !input.read_exact(&mut record)? {
-            let found = u64::from(triangle) * TRIANGLE;
-            let expected = format!("{} for {count} of them", u64::from(count) * TRIANGLE);
-            return Err(input.too_short("triangles", found, expected));
+            let expected = format!("{} for {count} of them", count * TRIANGLE);
+            return Err(input.too_short("triangles", triangle * TRIANGLE, expected));
         }
-        let mut corners = [0; 3];
-        for (i, corner) in corners.iter_mut().enumerate() {
-            let at = [0, 1, 2].map(|axis| {
-                let bytes = record[12 + 12 * i + 4 * axis..].first_chunk().copied();
-                f32::from_le_bytes(bytes.unwrap_or_default())
-            });
-            if let Some(wrong) = at.iter().find(|c| !c.is_finite()) {
-                return Err(input.not_finite(start, wrong));
-            }
-            *corner = places.vertex(input, at)?;
-        }
-        places.builder.face(input, &corners, start)?;
-    }
-    if !input.at_end()? {
-        input.notice(format!("{} goes on after its {count} triangles: the rest ignored", input.file()));
+        places.triangle(input, &record, start)?;
     }
     places.builder.finish(input, 0)
+}
+
+/// Where the triangles of a binary file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Layout {
+    /// This many triangles, one after the other; more bytes may follow.
+    Plain(usize),
+    /// Each triangle is followed by as many bytes as its attribute field says.
+    Attributes(usize),
+}
+
+impl Layout {
+    /// Finds out how a file whose header says `count` triangles is written.
+    fn of(input: &Input<'_>, count: u32, records: &[u8]) -> Result<Self, MeshReadError> {
+        let claimed = count as usize;
+        let (held, surplus) = (records.len() / TRIANGLE as usize, records.len() % TRIANGLE as usize);
+        if surplus == 0 && held == claimed {
+            return Ok(Self::Plain(held));
+        }
+        let attributes = Self::Attributes(claimed);
+        let ends = attributes.records(records).map(|(at, record)| at + record.len() + attribute(record));
+        if claimed <= held && ends.enumerate().last() == Some((claimed.wrapping_sub(1), records.len())) {
+            return Ok(attributes);
+        }
+        if surplus == 0 {
+            return Ok(Self::Plain(held));
+        }
+        if claimed > held {
+            let expected = format!("{} for {count} of them", u64::from(count) * TRIANGLE);
+            return Err(input.too_short("triangles", records.len() as u64, expected));
+        }
+        let plain = Self::Plain(claimed);
+        if claimed > 0 && plain.records(records).all(|(_, record)| attribute(record) == 0) {
+            return Ok(plain);
+        }
+        let more = records.len() - claimed * TRIANGLE as usize;
+        Err(input.syntax(
+            Place::Byte(80),
+            format!("a count of {count} triangles, and {more} bytes more than they take"),
+            "50 bytes per triangle, or as many bytes after each triangle as its attribute field says; export the \
+             file again without attributes",
+        ))
+    }
+
+    /// The 50 bytes of each triangle that is there, and where they are.
+    fn records(self, bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+        let (count, walks) = match self {
+            Self::Plain(count) => (count, false),
+            Self::Attributes(count) => (count, true),
+        };
+        let mut at = 0;
+        (0..count).map_while(move |_| {
+            let (start, record) = (at, bytes.get(at..at + TRIANGLE as usize)?);
+            at += record.len() + if walks { attribute(record) } else { 0 };
+            Some((start, record))
+        })
+    }
+
+    /// Says what is unusual about the file. A file that is shorter than its count says may be cut short: its surface is
+    /// believed only if it is closed.
+    fn explain(
+        self,
+        input: &mut Input<'_>,
+        count: u32,
+        records: &[u8],
+        mesh: &TriangleMesh,
+    ) -> Result<(), MeshReadError> {
+        let file = input.file();
+        match self {
+            Self::Attributes(_) => {
+                let more = records.len() as u64 - u64::from(count) * TRIANGLE;
+                input.notice(format!(
+                    "{file} has {more} bytes of attributes after its triangles; ignored them"
+                ));
+            }
+            Self::Plain(held) if held as u64 * TRIANGLE < records.len() as u64 => {
+                let more = records.len() as u64 - held as u64 * TRIANGLE;
+                input.notice(format!(
+                    "{file} has {more} extra bytes after its {held} triangles; ignored them"
+                ));
+            }
+            Self::Plain(held) if held < count as usize && !Topology::new(mesh).is_closed() => {
+                let expected = format!("{} for {count} of them", u64::from(count) * TRIANGLE);
+                return Err(input.too_short("triangles", records.len() as u64, expected));
+            }
+            Self::Plain(held) if held != count as usize => input.notice(format!(
+                "the header of {file} says {count} triangles, but the file holds {held}; read all of them"
+            )),
+            Self::Plain(_) => {}
+        }
+        Ok(())
+    }
+}
+
+/// The attribute field of a triangle: a colour, nothing in particular, or a number of bytes.
+fn attribute(record: &[u8]) -> usize {
+    record.last_chunk().map_or(0, |bytes| usize::from(u16::from_le_bytes(*bytes)))
 }
 
 pub(super) fn read_text(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
@@ -98,11 +213,23 @@ pub(super) fn read_text(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadE
     while input.read_line(&mut line)? {
         text.line(input, &line)?;
     }
-    if text.state != State::Outside {
-        let expected = format!("{}; the file is cut short", text.state.expected());
-        return Err(input.syntax(input.line(), "the end of the file", expected));
+    let state = text.state;
+    let cut_short = |input: &Input<'_>| {
+        let expected = format!("{}; the file is cut short", state.expected());
+        input.syntax(input.line(), "the end of the file", expected)
+    };
+    if !matches!(state, State::Outside | State::Solid) {
+        return Err(cut_short(input));
     }
-    text.places.builder.finish(input, 0)
+    let mesh = text.places.builder.finish(input, 0)?;
+    if state == State::Solid {
+        // Some programs leave out the last line. A file that is cut short has holes.
+        if !Topology::new(&mesh).is_closed() {
+            return Err(cut_short(input));
+        }
+        input.notice(format!("{} does not end with `endsolid`", input.file()));
+    }
+    Ok(mesh)
 }
 
 /// Where in a text file the reader is.
@@ -138,7 +265,13 @@ impl Text {
     fn line(&mut self, input: &Input<'_>, line: &[u8]) -> Result<(), MeshReadError> {
         let mut words = words(line).peekable();
         while let Some(word) = words.next() {
-            let keyword = word.to_ascii_lowercase();
+            let mut keyword = word.to_ascii_lowercase();
+            // `end solid`, `end facet`, `end loop`.
+            if keyword == b"end"
+                && let Some(what) = words.next()
+            {
+                keyword.extend(what.to_ascii_lowercase());
+            }
             self.state = match (self.state, keyword.as_slice()) {
                 // The rest of the line is a name. A solid may begin where the last one does not say that it ended.
                 (State::Outside | State::Solid, b"solid") => {
