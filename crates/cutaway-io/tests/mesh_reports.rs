@@ -3,10 +3,12 @@
 
 mod mesh_samples;
 
-use cutaway_io::mesh::{MeshReadError, MeshReadOptions, read_mesh_bytes};
+use cutaway_io::mesh::{
+    MeshFormat, MeshReadError, MeshReadOptions, encode_mesh, read_mesh_bytes, rounding,
+};
 use cutaway_io::volume::{Loaded, MemoryFolder};
-use cutaway_mesh::{Topology, TriangleMesh};
-use mesh_samples::gzip;
+use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
+use mesh_samples::{glb, gltf_buffer, gltf_json, gzip};
 
 fn read(name: &str, bytes: &[u8]) -> Result<Loaded<TriangleMesh>, MeshReadError> {
     read_mesh_bytes(name, bytes, &MemoryFolder::new(), &MeshReadOptions::default())
@@ -231,4 +233,46 @@ fn report_65_attributes_are_skipped_or_refused_but_never_read_as_triangles() {
     let (t, notices) = counted("a.stl", &[stl_binary("plain", None, 0, 0), vec![b'\n'; 3]].concat());
     assert_box(&t);
     assert!(notices[0].contains("has 3 extra bytes after its 12 triangles; ignored them"), "{notices:?}");
+}
+
+/// Where a survey in UTM coordinates is.
+const UTM: [f64; 3] = [500_000.0, 5_400_000.0, 250.0];
+
+fn shifted(corners: &[[f64; 3]], by: [f64; 3]) -> Vec<[f64; 3]> {
+    corners.iter().map(|c| [0, 1, 2].map(|axis| c[axis] + by[axis])).collect()
+}
+
+#[test]
+fn report_40_meshes_far_from_the_origin_keep_their_shape() {
+    let (corners, faces) = cuboid([1.3, 1.7, 0.2]);
+    let (near, _) = counted("a.obj", obj(&corners, &faces).as_bytes());
+    let far = shifted(&corners, [UTM[0] + 1.35, UTM[1] + 1.15, UTM[2] + 1.9]);
+    let of_triangles: Vec<Vec<usize>> = triangles(&faces).iter().map(|t| t.to_vec()).collect();
+    let text = stl_text(&far, &of_triangles, "part", "endsolid\n");
+    for (name, text) in [("a.obj", obj(&far, &faces)), ("a.ply", ply(&far, &faces, "")), ("a.stl", text)] {
+        let mesh = read(name, text.as_bytes()).unwrap().value;
+        let t = Topology::new(&mesh);
+        assert!((t.area - near.area).abs() < 1e-6 && (t.volume - near.volume).abs() < 1e-6, "{name}: {t:?}");
+        let [low, high] = t.bounds.unwrap();
+        assert!(low.distance(far[0].into()) < 2e-7 && high.distance(far[7].into()) < 2e-7, "{name}: {low} {high}");
+        assert!(repair(&mesh, &RepairOptions::default()).unwrap().notices.is_empty(), "{name}");
+        // What is written is as exact; STL cannot be.
+        for format in [MeshFormat::Obj, MeshFormat::Ply] {
+            let mut bytes = Vec::new();
+            encode_mesh(&mesh, format, &mut bytes).unwrap();
+            assert_eq!(read(&format!("b.{}", format.name()), &bytes).unwrap().value, mesh, "{name}");
+        }
+        assert!(rounding(&mesh) > 0.1, "{name}");
+    }
+}
+
+#[test]
+fn report_40_a_node_far_away_shows_its_mesh_as_it_is() {
+    let far = gltf_json("").replace(r#""translation":[1,0,0]"#, r#""translation":[500000.3,5400000.7,250.1]"#);
+    assert_ne!(far, gltf_json(""));
+    // The node above scales by 2.
+    let (t, _) = counted("a.glb", &glb(&far, &gltf_buffer()));
+    assert!((t.volume - 8.0 / 6.0).abs() < 1e-6 && t.is_closed(), "{t:?}");
+    let [low, _] = t.bounds.unwrap();
+    assert!(low.distance(glam::DVec3::new(1_000_000.6, 10_800_001.4, 500.2)) < 1e-6, "{low}");
 }

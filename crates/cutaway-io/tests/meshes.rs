@@ -53,7 +53,7 @@ fn check(path: &Path, golden: &Golden) -> Result<(), Failed> {
         [golden.vertices, golden.triangles, golden.boundary_edges, golden.non_manifold_edges],
     )?;
     same("Euler number", t.euler, golden.euler)?;
-    let [low, high] = t.bounds.ok_or("no bounds")?.map(|v| v.as_dvec3().to_array());
+    let [low, high] = t.bounds.ok_or("no bounds")?.map(|v| v.to_array());
     let size = (0..3).map(|i| golden.high[i] - golden.low[i]).fold(0.0, f64::max);
     for (found, expected) in low.iter().chain(&high).zip(golden.low.iter().chain(&golden.high)) {
         // The duck's node scales; there the two programs round at different places.

@@ -68,7 +68,7 @@ impl SmoothNormals {
         corners.map(|n| self.normals[n as usize])
     }
 
-    /// The unit normal at a point of a triangle, or as near to it as rounding leaves it.
+    /// The unit normal at a point of a triangle, relative to the mesh's origin, or as near to it as rounding leaves it.
     pub(crate) fn at(&self, mesh: &TriangleMesh, triangle: usize, point: DVec3) -> DVec3 {
         let [a, b, c] = mesh.corners(triangle).map(|c| c.as_dvec3());
         let [na, nb, nc] = self.of_corners(mesh, triangle).map(|n| n.as_dvec3());

@@ -71,7 +71,7 @@ impl Solid for MeshSolid {
     /// at up to 60 degrees; across sharper creases faces are shaded apart. Zero for a triangle that is not there.
     fn normal(&self, surface: u32, point_in_object: DVec3) -> DVec3 {
         if (surface as usize) < self.mesh().triangles().len() {
-            self.normals.at(self.mesh(), surface as usize, point_in_object)
+            self.normals.at(self.mesh(), surface as usize, point_in_object - self.mesh().origin())
         } else {
             DVec3::ZERO
         }

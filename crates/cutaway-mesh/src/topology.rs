@@ -17,7 +17,7 @@ pub struct Topology {
     /// Triangles, degenerate ones included.
     pub triangles: usize,
     /// Lowest and highest coordinates of used vertices, in object units.
-    pub bounds: Option<[Vec3; 2]>,
+    pub bounds: Option<[DVec3; 2]>,
     /// Area, in object units squared.
     pub area: f64,
     /// Signed volume, in object units cubed: positive where windings are outward. It means something only where the
@@ -52,7 +52,7 @@ impl Topology {
         let mut degenerate_triangles = 0;
         let mut whole = 0i64;
         let reference =
-            mesh.bounds().map_or(DVec3::ZERO, |[low, high]| (low.as_dvec3() + high.as_dvec3()) / 2.0);
+            mesh.relative_bounds().map_or(DVec3::ZERO, |[low, high]| (low + high) / 2.0);
         let (mut area, mut volume) = (0.0, 0.0);
         for (i, corners) in triangles.iter().enumerate() {
             let repeated = has_repeated_corner(*corners);

@@ -50,7 +50,7 @@ fn a_million_lines_through_closed_meshes_go_in_as_often_as_out() {
 /// A ray whose line passes exactly, as far as f64 goes, through a vertex or the middle of an edge; every third along
 /// an axis, where it really is exact.
 fn aimed_at_a_feature(mesh: &TriangleMesh, random: &mut Random) -> Ray {
-    let corners = mesh.corners(random.index(mesh.triangles().len())).map(|c| c.as_dvec3());
+    let corners = mesh.corners(random.index(mesh.triangles().len())).map(|c| mesh.origin() + c.as_dvec3());
     let target = if random.bits() & 1 == 0 { corners[0] } else { (corners[0] + corners[1]) * 0.5 };
     let mut ray = random.towards(target, 1.0);
     match random.index(3) {
@@ -60,7 +60,7 @@ fn aimed_at_a_feature(mesh: &TriangleMesh, random: &mut Random) -> Ray {
         }
         1 => {
             // Through two vertices: along edges and diagonals.
-            let other = mesh.corners(random.index(mesh.triangles().len()))[1].as_dvec3();
+            let other = mesh.origin() + mesh.corners(random.index(mesh.triangles().len()))[1].as_dvec3();
             ray = Ray { origin: other, direction: target - other };
         }
         _ => {}

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{cube, star, strip, torus};
-use cutaway_core::glam::Vec3;
+use cutaway_core::glam::{DVec3, Vec3};
 use cutaway_mesh::{ClosedMesh, MeshError, NotClosed, Topology, TriangleMesh};
 
 #[test]
@@ -16,7 +16,7 @@ fn a_cube_is_closed_and_has_its_volume_and_area() {
         assert!(t.is_closed());
         // Coordinates are multiples of a quarter: exact but for the sum.
         assert!((t.volume - 1.0).abs() < 1e-12 && (t.area - 6.0).abs() < 1e-12, "{t:?}");
-        assert_eq!(t.bounds, Some([Vec3::ZERO, Vec3::ONE]));
+        assert_eq!(t.bounds, Some([DVec3::ZERO, DVec3::ONE]));
     }
 }
 

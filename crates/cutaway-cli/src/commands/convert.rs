@@ -1,7 +1,7 @@
 //! `cutaway convert`: a mesh in another format, closed or as it is; spline patches as triangles; transfer functions.
 
 use anyhow::Context;
-use cutaway_io::mesh::{MeshFormat, MeshReadOptions, read_mesh, recognize, write_mesh};
+use cutaway_io::mesh::{MeshFormat, MeshReadOptions, read_mesh, recognize, rounding, write_mesh};
 use cutaway_io::patches;
 use cutaway_io::transfer_function::{self, FunctionFormat, read_transfer_function, write_transfer_function};
 use cutaway_io::volume;
@@ -41,6 +41,13 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<()> {
     } else {
         loaded
     };
+    let moved = rounding(&mesh);
+    if moved > 0.0 && MeshFormat::to_write(&args.output) == Ok(MeshFormat::Stl) {
+        verbosity.notice(&format!(
+            "STL files hold 32-bit coordinates: rounding moves vertices by up to {moved:.1e}; write .ply or .obj to keep \
+             them in place"
+        ));
+    }
     Ok(write_mesh(&args.output, &mesh)?)
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use cutaway_core::glam::DVec3;
 use cutaway_io::mesh::{MeshReadOptions, read_mesh, recognize};
 use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
 use serde::Serialize;
@@ -20,7 +21,7 @@ struct MeshInfo {
     used_vertices: usize,
     triangles: usize,
     /// Lowest and highest coordinates, if there are triangles.
-    bounds: Option<[[f32; 3]; 2]>,
+    bounds: Option<[[f64; 3]; 2]>,
     area: f64,
     /// Signed; positive where windings are outward. Of a closed surface only it means something.
     volume: f64,
@@ -74,7 +75,7 @@ fn describe(file: &str, format: &'static str, mesh: &TriangleMesh, notices: Vec<
         vertices: t.vertices,
         used_vertices: t.used_vertices,
         triangles: t.triangles,
-        bounds: t.bounds.map(|ends| ends.map(|v| v.to_array())),
+        bounds: t.bounds.map(|ends| ends.map(|v| v.to_array().map(|c| told(c, t.bounds)))),
         area: t.area,
         volume: t.volume,
         euler: t.euler,
@@ -89,6 +90,21 @@ fn describe(file: &str, format: &'static str, mesh: &TriangleMesh, notices: Vec<
         repair: describe_repair(mesh),
         notices,
     }
+}
+
+/// A coordinate with the digits that a mesh between these bounds has: those of single precision, or down to 1e-8 of its
+/// size.
+fn told(coordinate: f64, bounds: Option<[DVec3; 2]>) -> f64 {
+    let single = coordinate as f32;
+    if f64::from(single) == coordinate {
+        return single.to_string().parse().unwrap_or(coordinate);
+    }
+    let size = bounds.map_or(0.0, |[low, high]| (high - low).max_element());
+    let digits = (1e-8 * size).log10().floor();
+    if !(-17.0..0.0).contains(&digits) {
+        return coordinate;
+    }
+    format!("{coordinate:.*}", -digits as usize).parse().unwrap_or(coordinate)
 }
 
 fn describe_repair(mesh: &TriangleMesh) -> Repair {
@@ -135,7 +151,7 @@ fn text(info: &MeshInfo) -> String {
         ),
     ];
     if let Some([low, high]) = info.bounds {
-        let ends = (0..3).map(|i| format!("{} to {}", shown(low[i].into()), shown(high[i].into())));
+        let ends = (0..3).map(|i| format!("{} to {}", shown(low[i]), shown(high[i])));
         lines.push(("bounds", ends.collect::<Vec<_>>().join(", ")));
     }
     let closed = if info.closed { "yes" } else { "no" };

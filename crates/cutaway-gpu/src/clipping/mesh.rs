@@ -11,24 +11,31 @@ use cutaway_mesh::{MeshSolid, TriangleMesh};
 use crate::context::Gpu;
 use crate::error::GpuError;
 
-/// What a mesh's own numbers are measured from, and in: its middle, and half its largest side.
+/// What a mesh's own numbers are measured from, and in: its middle, relative to its origin, and half its largest side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LocalSpace {
+    origin: DVec3,
     middle: DVec3,
     size: f64,
 }
 
 impl LocalSpace {
     pub(super) fn of(mesh: &TriangleMesh) -> Self {
-        let Some([low, high]) = mesh.bounds().map(|b| b.map(|v| v.as_dvec3())) else {
-            return Self { middle: DVec3::ZERO, size: 1.0 };
+        let origin = mesh.origin();
+        let Some([low, high]) = mesh.bounds().map(|ends| ends.map(|end| end - origin)) else {
+            return Self { origin, middle: DVec3::ZERO, size: 1.0 };
         };
         let size = 0.5 * (high - low).max_element();
-        Self { middle: 0.5 * (low + high), size: if size > 0.0 { size } else { 1.0 } }
+        Self { origin, middle: 0.5 * (low + high), size: if size > 0.0 { size } else { 1.0 } }
+    }
+
+    /// From the mesh's vertices, which are relative to its origin.
+    fn local_from_mesh(self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(1.0 / self.size)) * DAffine3::from_translation(-self.middle)
     }
 
     pub(super) fn local_from_object(self) -> DAffine3 {
-        DAffine3::from_scale(DVec3::splat(1.0 / self.size)) * DAffine3::from_translation(-self.middle)
+        self.local_from_mesh() * DAffine3::from_translation(-self.origin)
     }
 }
 
@@ -50,8 +57,8 @@ impl GpuMesh {
         };
         check(mesh.vertices().len(), "vertices of a mesh")?;
         check(mesh.triangles().len(), "triangles of a mesh")?;
-        let local_from_object = LocalSpace::of(mesh).local_from_object();
-        let local = |v: &Vec3| local_from_object.transform_point3(v.as_dvec3()).as_vec3().to_array();
+        let local_from_mesh = LocalSpace::of(mesh).local_from_mesh();
+        let local = |v: &Vec3| local_from_mesh.transform_point3(v.as_dvec3()).as_vec3().to_array();
         let positions: Vec<[f32; 3]> = mesh.vertices().iter().map(local).collect();
         let normals: Vec<[u32; 3]> =
             (0..mesh.triangles().len()).map(|t| solid.corner_normals(t).map(octahedral)).collect();

@@ -257,13 +257,11 @@ impl Upload {
         let voxel_from_mesh = *volume.voxel_from_world() * scene_from_mesh;
         let rays = scene.camera().rays(size[0], size[1]);
         let mut far: f64 = volume.spacing().max_element();
-        for vertex in part.mesh.vertices() {
-            far = far.max(rays.depth_of(scene_from_mesh.transform_point3(vertex.as_dvec3())));
+        for vertex in 0..part.mesh.vertices().len() as u32 {
+            far = far.max(rays.depth_of(scene_from_mesh.transform_point3(part.mesh.position(vertex))));
         }
-        let place = |v: &u32| {
-            let vertex: DVec3 = part.mesh.vertices()[*v as usize].as_dvec3();
-            voxel_from_mesh.transform_point3(vertex).as_vec3().to_array()
-        };
+        let place =
+            |v: &u32| voxel_from_mesh.transform_point3(part.mesh.position(*v)).as_vec3().to_array();
         let corners: Vec<[f32; 3]> = part.mesh.triangles().iter().flatten().map(place).collect();
         let clip = clip_from_world(scene, size, far);
         let view = ProxyViewUniforms::of_geometry(scene, size, clip);

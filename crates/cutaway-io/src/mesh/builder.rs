@@ -1,16 +1,72 @@
 //! Vertices and faces as they arrive, within the limits.
 
-use cutaway_mesh::{EarClipper, TriangleMesh};
-use glam::Vec3;
+use cutaway_mesh::{EarClipper, MeshError, TriangleMesh};
+use glam::{DVec3, Vec3};
 
 use super::error::MeshReadError;
 use super::input::Input;
 use crate::volume::Place;
 
+/// Vertices as they arrive: in single precision as long as that loses nothing.
+pub(super) enum Positions {
+    Single(Vec<Vec3>),
+    Double(Vec<DVec3>),
+}
+
+impl Default for Positions {
+    fn default() -> Self {
+        Self::Single(Vec::new())
+    }
+}
+
+impl Positions {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Single(list) => list.len(),
+            Self::Double(list) => list.len(),
+        }
+    }
+
+    pub(super) fn push(&mut self, position: DVec3) {
+        let single = position.as_vec3();
+        if let Self::Single(list) = self
+            && single.as_dvec3() != position
+        {
+            *self = Self::Double(list.iter().map(|v| v.as_dvec3()).collect());
+        }
+        match self {
+            Self::Single(list) => list.push(single),
+            Self::Double(list) => list.push(position),
+        }
+    }
+
+    fn get(&self, vertex: u32) -> DVec3 {
+        match self {
+            Self::Single(list) => list[vertex as usize].as_dvec3(),
+            Self::Double(list) => list[vertex as usize],
+        }
+    }
+
+    /// The most bytes per vertex that are needed until the mesh is made.
+    pub(super) fn bytes(&self) -> u64 {
+        match self {
+            Self::Single(_) => 12,
+            Self::Double(_) => 36,
+        }
+    }
+
+    pub(super) fn into_mesh(self, triangles: Vec<[u32; 3]>) -> Result<TriangleMesh, MeshError> {
+        match self {
+            Self::Single(list) => TriangleMesh::new(list, triangles),
+            Self::Double(list) => TriangleMesh::from_positions(&list, triangles),
+        }
+    }
+}
+
 /// A mesh that is being read.
 #[derive(Default)]
 pub(super) struct Builder {
-    vertices: Vec<Vec3>,
+    vertices: Positions,
     triangles: Vec<[u32; 3]>,
     /// Corners of polygons of four corners or more, one after the other, and where each ends. They become triangles once all
     /// vertices are known.
@@ -25,7 +81,7 @@ impl Builder {
         self.vertices.len()
     }
 
-    pub(super) fn vertex(&mut self, input: &Input<'_>, vertex: Vec3) -> Result<(), MeshReadError> {
+    pub(super) fn vertex(&mut self, input: &Input<'_>, vertex: DVec3) -> Result<(), MeshReadError> {
         self.vertices.push(vertex);
         self.check_growth(input)
     }
@@ -62,7 +118,7 @@ impl Builder {
 
     fn check_size(&self, input: &Input<'_>) -> Result<(), MeshReadError> {
         let triangles = self.triangles.len() + self.corners.len() - 2 * self.ends.len();
-        input.check_size(self.vertices.len() as u64, triangles as u64)
+        input.check_memory(self.vertices.len() as u64, triangles as u64, self.vertices.bytes())
     }
 
     /// The mesh. `first` is the number that the file's first vertex has, for messages.
@@ -77,12 +133,12 @@ impl Builder {
         for end in self.ends {
             let polygon = self.corners[start..end].to_vec();
             start = end;
-            let rest = clipper.clip(polygon, &self.vertices, &mut self.triangles);
+            let rest = clipper.clip(polygon, &|v| self.vertices.get(v), &mut self.triangles);
             // What has no ears is taken as it is by everyone else, too: as a fan.
             let pairs = rest.windows(2).skip(1);
             self.triangles.extend(pairs.map(|pair| [rest[0], pair[0], pair[1]]));
         }
-        TriangleMesh::new(self.vertices, self.triangles)
-            .map_err(|error| MeshReadError::Mesh { file: input.file(), error })
+        let mesh = self.vertices.into_mesh(self.triangles);
+        mesh.map_err(|error| MeshReadError::Mesh { file: input.file(), error })
     }
 }

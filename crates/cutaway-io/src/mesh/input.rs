@@ -102,7 +102,17 @@ impl<'a> Input<'a> {
 
     /// Refuses a mesh of this size where it is larger than the limit.
     pub(super) fn check_size(&self, vertices: u64, triangles: u64) -> Result<(), MeshReadError> {
-        let needed = vertices.saturating_add(triangles).saturating_mul(12);
+        self.check_memory(vertices, triangles, 12)
+    }
+
+    /// As [`Self::check_size`], for vertices that take this many bytes each while they are read.
+    pub(super) fn check_memory(
+        &self,
+        vertices: u64,
+        triangles: u64,
+        bytes: u64,
+    ) -> Result<(), MeshReadError> {
+        let needed = vertices.saturating_mul(bytes).saturating_add(triangles.saturating_mul(12));
         if needed <= self.limit() {
             return Ok(());
         }
@@ -174,14 +184,19 @@ impl<'a> Input<'a> {
     }
 
     /// A coordinate in text.
-    pub(super) fn coordinate(&self, word: &[u8]) -> Result<f32, MeshReadError> {
-        let number = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f32>().ok());
+    pub(super) fn coordinate(&self, word: &[u8]) -> Result<f64, MeshReadError> {
+        let number = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
         match number {
-            Some(number) if number.is_finite() => Ok(number),
+            Some(number) if is_coordinate(number) => Ok(number),
             Some(_) => Err(self.not_finite(self.line(), shown(word))),
             None => Err(self.syntax(self.line(), shown(word), "a number")),
         }
     }
+}
+
+/// True for numbers that single precision has room for: meshes cannot be larger than that.
+pub(super) fn is_coordinate(number: f64) -> bool {
+    (number as f32).is_finite()
 }
 
 /// The words of a line.

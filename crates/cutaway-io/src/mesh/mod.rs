@@ -44,7 +44,7 @@ use cutaway_mesh::TriangleMesh;
 
 pub use error::MeshReadError;
 pub use format::{MeshFormat, UnknownMeshFormat, identify, recognize};
-pub use write::{MeshWriteError, encode_mesh, write_mesh};
+pub use write::{MeshWriteError, encode_mesh, rounding, write_mesh};
 
 use crate::limits::Limits;
 pub use crate::volume::Loaded;

@@ -6,7 +6,7 @@
 //! out with a notice.
 
 use cutaway_mesh::TriangleMesh;
-use glam::Vec3;
+use glam::DVec3;
 
 use super::builder::Builder;
 use super::error::MeshReadError;
@@ -40,7 +40,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                     Some(word) => input.coordinate(word),
                     None => Err(input.syntax(input.line(), shown(&line), "three coordinates after `v`")),
                 };
-                let vertex = Vec3::new(coordinate()?, coordinate()?, coordinate()?);
+                let vertex = DVec3::new(coordinate()?, coordinate()?, coordinate()?);
                 builder.vertex(input, vertex)?;
             }
             Some(b"f" | b"fo") => {

@@ -4,9 +4,10 @@
 //! vertex, since the format has no other way to say that triangles share it.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 
 use cutaway_mesh::{Topology, TriangleMesh};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::builder::Builder;
 use super::error::MeshReadError;
@@ -32,18 +33,19 @@ fn count(head: &[u8]) -> Option<u32> {
     Some(u32::from_le_bytes(head.get(80..84)?.try_into().ok()?))
 }
 
-/// Merges vertices at one place as they arrive.
-#[derive(Default)]
-struct Places {
+/// Merges vertices at one place as they arrive. `K` is what a place is known by.
+struct Places<K> {
     builder: Builder,
-    number: HashMap<[u32; 3], u32>,
+    number: HashMap<K, u32>,
 }
 
-impl Places {
+impl<K: Eq + Hash> Places<K> {
+    fn new() -> Self {
+        Self { builder: Builder::default(), number: HashMap::new() }
+    }
+
     /// The number of the vertex at a place.
-    fn vertex(&mut self, input: &Input<'_>, at: [f32; 3]) -> Result<u32, MeshReadError> {
-        // Adding 0 turns -0 into 0, which is the same place.
-        let key = at.map(|c| (c + 0.0).to_bits());
+    fn vertex(&mut self, input: &Input<'_>, key: K, at: DVec3) -> Result<u32, MeshReadError> {
         if let Some(number) = self.number.get(&key) {
             return Ok(*number);
         }
@@ -52,10 +54,12 @@ impl Places {
         let number =
             number.ok_or_else(|| input.syntax(input.byte(), "too many vertices", "fewer than 2^32"))?;
         self.number.insert(key, number);
-        self.builder.vertex(input, Vec3::from_array(at))?;
+        self.builder.vertex(input, at)?;
         Ok(number)
     }
+}
 
+impl Places<[u32; 3]> {
     /// Adds the triangle in 50 bytes of a binary file.
     fn triangle(&mut self, input: &Input<'_>, record: &[u8], start: Place) -> Result<(), MeshReadError> {
         let mut corners = [0; 3];
@@ -67,7 +71,9 @@ impl Places {
             if let Some(wrong) = at.iter().find(|c| !c.is_finite()) {
                 return Err(input.not_finite(start, wrong));
             }
-            *corner = self.vertex(input, at)?;
+            // Adding 0 turns -0 into 0, which is the same place.
+            let key = at.map(|c| (c + 0.0).to_bits());
+            *corner = self.vertex(input, key, Vec3::from_array(at).as_dvec3())?;
         }
         self.builder.face(input, &corners, start)
     }
@@ -86,7 +92,7 @@ pub(super) fn read_binary(input: &mut Input<'_>) -> Result<TriangleMesh, MeshRea
     }
     let records = input.read_all()?;
     let layout = Layout::of(input, count, &records)?;
-    let mut places = Places::default();
+    let mut places = Places::new();
     for (at, record) in layout.records(&records) {
         places.triangle(input, record, Place::Byte(HEADER + at as u64))?;
     }
@@ -97,7 +103,7 @@ pub(super) fn read_binary(input: &mut Input<'_>) -> Result<TriangleMesh, MeshRea
 
 /// Reads as many triangles as there are bytes for.
 fn read_records(input: &mut Input<'_>, count: u64) -> Result<TriangleMesh, MeshReadError> {
-    let mut places = Places::default();
+    let mut places = Places::new();
     let mut record = [0; TRIANGLE as usize];
     for triangle in 0..count {
         let start = input.byte();
@@ -208,7 +214,7 @@ fn attribute(record: &[u8]) -> usize {
 }
 
 pub(super) fn read_text(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
-    let mut text = Text { places: Places::default(), state: State::Outside, corners: Vec::new() };
+    let mut text = Text { places: Places::new(), state: State::Outside, corners: Vec::new() };
     let mut line = Vec::new();
     while input.read_line(&mut line)? {
         text.line(input, &line)?;
@@ -256,7 +262,7 @@ impl State {
 
 /// A text file while it is read. Keywords are in any case, and line breaks matter only after names of solids.
 struct Text {
-    places: Places,
+    places: Places<[u64; 3]>,
     state: State,
     corners: Vec<u32>,
 }
@@ -302,7 +308,8 @@ impl Text {
                         }
                     };
                     let at = [coordinate()?, coordinate()?, coordinate()?];
-                    self.corners.push(self.places.vertex(input, at)?);
+                    let key = at.map(|c: f64| (c + 0.0).to_bits());
+                    self.corners.push(self.places.vertex(input, key, DVec3::from_array(at))?);
                     State::Loop
                 }
                 (State::Loop, b"endloop") => {

@@ -59,19 +59,36 @@ pub fn encode_mesh(
     }
 }
 
+/// Returns the largest distance along an axis by which single precision moves a vertex, in object units: 0 for a mesh that
+/// it can hold. STL files have nothing else; PLY and OBJ files are written in double precision where this is not 0.
+pub fn rounding(mesh: &TriangleMesh) -> f64 {
+    let moved = |vertex: u32| {
+        let position = mesh.position(vertex);
+        (position - position.as_vec3().as_dvec3()).abs().max_element()
+    };
+    (0..mesh.vertices().len() as u32).map(moved).fold(0.0, f64::max)
+}
+
 fn ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
     let (vertices, triangles) = (mesh.vertices(), mesh.triangles());
+    let single = rounding(mesh) == 0.0;
+    let kind = if single { "float" } else { "double" };
     // Readers of other programs may take numbers for signed: they are, up to 2^31.
     let index = if vertices.len() <= i32::MAX as usize { "int" } else { "uint" };
     write!(
         out,
-        "ply\nformat binary_little_endian 1.0\ncomment written by cutaway\nelement vertex {}\nproperty float x\n\
-         property float y\nproperty float z\nelement face {}\nproperty list uchar {index} vertex_indices\nend_header\n",
+        "ply\nformat binary_little_endian 1.0\ncomment written by cutaway\nelement vertex {}\nproperty {kind} x\n\
+         property {kind} y\nproperty {kind} z\nelement face {}\nproperty list uchar {index} vertex_indices\nend_header\n",
         vertices.len(),
         triangles.len()
     )?;
-    for vertex in vertices {
-        vertex.to_array().iter().try_for_each(|c| out.write_all(&c.to_le_bytes()))?;
+    for vertex in 0..vertices.len() as u32 {
+        let position = mesh.position(vertex);
+        if single {
+            position.as_vec3().to_array().iter().try_for_each(|c| out.write_all(&c.to_le_bytes()))?;
+        } else {
+            position.to_array().iter().try_for_each(|c| out.write_all(&c.to_le_bytes()))?;
+        }
     }
     for triangle in triangles {
         out.write_all(&[3])?;
@@ -90,9 +107,9 @@ fn stl(mesh: &TriangleMesh, out: &mut impl Write) -> Result<(), MeshWriteError> 
     out.write_all(&header)?;
     out.write_all(&count.to_le_bytes())?;
     for triangle in 0..found {
-        let corners = mesh.corners(triangle);
-        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        let corners = mesh.triangles()[triangle].map(|v| mesh.position(v).as_vec3());
         for vector in [normal].into_iter().chain(corners) {
             vector.to_array().iter().try_for_each(|c| out.write_all(&c.to_le_bytes()))?;
         }
@@ -103,9 +120,16 @@ fn stl(mesh: &TriangleMesh, out: &mut impl Write) -> Result<(), MeshWriteError> 
 
 fn obj(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "# written by cutaway")?;
-    for v in mesh.vertices() {
+    let single = rounding(mesh) == 0.0;
+    for vertex in 0..mesh.vertices().len() as u32 {
         // The shortest text that is read as the same number.
-        writeln!(out, "v {} {} {}", v.x, v.y, v.z)?;
+        let v = mesh.position(vertex);
+        if single {
+            let v = v.as_vec3();
+            writeln!(out, "v {} {} {}", v.x, v.y, v.z)?;
+        } else {
+            writeln!(out, "v {} {} {}", v.x, v.y, v.z)?;
+        }
     }
     for triangle in mesh.triangles() {
         let [a, b, c] = triangle.map(|v| u64::from(v) + 1);

@@ -18,7 +18,7 @@ pub(super) const PADDING: f64 = 1e-6;
 /// Half the diagonal of the unit cube, and what is rounded.
 const REACH: f64 = 0.8661;
 
-/// From object space to unit space.
+/// From mesh space (object space, relative to the mesh's origin) to unit space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnitSpace {
     pub(super) center: DVec3,
@@ -30,7 +30,7 @@ pub(super) struct UnitSpace {
 impl UnitSpace {
     /// `None` for a mesh without triangles.
     pub(super) fn of(mesh: &TriangleMesh) -> Option<Self> {
-        let [low, high] = bounds(mesh)?;
+        let [low, high] = mesh.relative_bounds()?;
         let longest = (high - low).max_element();
         let scale = if longest > 0.0 { 1.0 / longest } else { 1.0 };
         Some(Self { center: (low + high) * 0.5, scale, extent: (high - low) * scale })
@@ -40,14 +40,6 @@ impl UnitSpace {
     pub(super) fn corners(&self, mesh: &TriangleMesh, triangle: usize) -> [DVec3; 3] {
         mesh.corners(triangle).map(|c| (c.as_dvec3() - self.center) * self.scale)
     }
-}
-
-/// Corners of the box around all corners of triangles; `None` without triangles.
-pub(super) fn bounds(mesh: &TriangleMesh) -> Option<[DVec3; 2]> {
-    let mut used = mesh.triangles().iter().flatten().map(|&v| mesh.vertices()[v as usize]);
-    let first = used.next()?;
-    let (low, high) = used.fold((first, first), |(low, high), v| (low.min(v), high.max(v)));
-    Some([low.as_dvec3(), high.as_dvec3()])
 }
 
 /// What walking needs beside the structure; reused from line to line.

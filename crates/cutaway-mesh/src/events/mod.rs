@@ -42,7 +42,7 @@ use cutaway_core::clip::Event;
 use cutaway_core::glam::{DAffine3, DVec3};
 
 use crate::TriangleMesh;
-use lines::{LineFinder, LineScratch, bounds};
+use lines::{LineFinder, LineScratch};
 use projection::Projection;
 use raster::RasterFrame;
 use tile::by_position;
@@ -84,6 +84,7 @@ impl EventFinder {
 pub struct MeshEvents {
     mesh: Arc<TriangleMesh>,
     finder: EventFinder,
+    /// Relative to the mesh's origin.
     bounds: Option<[DVec3; 2]>,
     /// `None` inside for a mesh without triangles.
     lines: OnceLock<Option<LineFinder>>,
@@ -92,7 +93,7 @@ pub struct MeshEvents {
 impl MeshEvents {
     /// Builds what the finder needs of the mesh.
     pub fn new(mesh: Arc<TriangleMesh>, finder: EventFinder) -> Self {
-        let bounds = bounds(&mesh);
+        let bounds = mesh.relative_bounds();
         let events = Self { mesh, finder, bounds, lines: OnceLock::new() };
         if finder != EventFinder::Raster {
             events.lines();
@@ -112,7 +113,7 @@ impl MeshEvents {
 
     /// Corners of the box around all triangles, in object space; `None` without triangles.
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
-        self.bounds
+        self.bounds.map(|ends| ends.map(|end| self.mesh.origin() + end))
     }
 
     /// What the structure over the mesh holds, in bytes, the mesh itself not counted; 0 before it is built.
@@ -127,14 +128,19 @@ impl MeshEvents {
     /// Appends the events along the whole line of a ray in object space, by `t`, then by triangle. A ray that is none
     /// (direction zero, or a number not finite) has none.
     pub fn line(&self, ray_in_object: &Ray, events: &mut Vec<Event>) {
-        if let (Some(lines), Some(line)) = (self.lines(), Line::new(ray_in_object)) {
+        if let (Some(lines), Some(line)) = (self.lines(), self.line_of(ray_in_object)) {
             lines.events(&self.mesh, &line, &mut LineScratch::default(), events);
         }
     }
 
+    /// The line of a ray, relative to the mesh's origin.
+    fn line_of(&self, ray_in_object: &Ray) -> Option<Line> {
+        Line::new(&Ray { origin: ray_in_object.origin - self.mesh.origin(), ..*ray_in_object })
+    }
+
     /// What [`Self::line`] does, by asking every triangle: slow and obvious, to hold the others against.
     pub fn line_exhaustive(&self, ray_in_object: &Ray, events: &mut Vec<Event>) {
-        let Some(line) = Line::new(ray_in_object) else { return };
+        let Some(line) = self.line_of(ray_in_object) else { return };
         let start = events.len();
         let ask = |triangle: usize| line.event(self.mesh.corners(triangle), triangle as u32);
         events.extend((0..self.mesh.triangles().len()).filter_map(ask));
@@ -149,7 +155,7 @@ impl MeshEvents {
         width: u32,
         height: u32,
     ) -> FrameEvents<'_> {
-        let rays = ObjectRays::new(*rays, *object_from_world);
+        let rays = ObjectRays::new(*rays, *object_from_world).around(self.mesh.origin());
         let raster = if self.finder == EventFinder::Raster { self.raster(rays, width, height) } else { None };
         let way = match raster {
             Some(raster) => Way::Raster(raster),

@@ -2,7 +2,7 @@
 
 use cutaway_core::camera::{Ray, RayGenerator};
 use cutaway_core::clip::{Event, Solid};
-use cutaway_core::glam::DAffine3;
+use cutaway_core::glam::{DAffine3, DVec3};
 
 use super::lines::LineScratch;
 use super::raster::TileScratch;
@@ -111,12 +111,19 @@ pub trait PixelEvents: Sync {
 pub struct ObjectRays {
     rays: RayGenerator,
     object_from_world: DAffine3,
+    /// Subtracted from the rays' origins: that of a mesh.
+    origin: DVec3,
 }
 
 impl ObjectRays {
     /// Rays of `rays`, seen from an object whose pose is the inverse of `object_from_world`.
     pub fn new(rays: RayGenerator, object_from_world: DAffine3) -> Self {
-        Self { rays, object_from_world }
+        Self { rays, object_from_world, origin: DVec3::ZERO }
+    }
+
+    /// The same rays, relative to a point in object space.
+    pub(super) fn around(self, origin: DVec3) -> Self {
+        Self { origin, ..self }
     }
 
     /// The ray of a pixel; its `t` is the same as in the world, its direction need not have unit length.
@@ -124,7 +131,7 @@ impl ObjectRays {
     pub fn pixel(&self, x: u32, y: u32) -> Ray {
         let ray = self.rays.pixel(x, y);
         Ray {
-            origin: self.object_from_world.transform_point3(ray.origin),
+            origin: self.object_from_world.transform_point3(ray.origin) - self.origin,
             direction: self.object_from_world.transform_vector3(ray.direction),
         }
     }

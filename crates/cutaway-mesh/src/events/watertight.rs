@@ -1,6 +1,6 @@
 //! The one function that says whether a line crosses a triangle, and where.
 //!
-//! Enters: a [`Line`] made of a ray in object space, once a ray, and corners in f32. Leaves: `t` and the sense of the
+//! Enters: a [`Line`] made of a ray in object space, relative to the mesh's origin, once a ray, and corners in f32. Leaves: `t` and the sense of the
 //! crossing. Every finder calls it, so that all of them give the same events, bit for bit.
 //!
 //! The line is sheared onto its dominant axis (Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT

@@ -218,6 +218,16 @@ impl PatchSet {
         Self::new(sets.into_iter().flat_map(|set| set.patches).collect())
     }
 
+    /// The same surface elsewhere.
+    fn moved(&self, by: DVec3) -> Self {
+        let mut moved = self.clone();
+        for patch in &mut moved.patches {
+            let points: Vec<DVec3> = patch.points().map(|point| point + by).collect();
+            patch.set_points(points.into_iter());
+        }
+        moved
+    }
+
     /// The patches.
     pub fn patches(&self) -> &[BezierPatch] {
         &self.patches

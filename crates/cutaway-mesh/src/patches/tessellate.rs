@@ -16,6 +16,7 @@ use super::topology::{Side, Topology};
 use super::triangulate::{Corner, Corners, Cut, cut};
 use super::{BezierPatch, Method, PatchSet, Tessellated, Tessellation, TessellationError};
 use crate::TriangleMesh;
+use crate::mesh::origin_of;
 
 /// What single precision and the welding of control points move a vertex by, at most, as a part of the largest
 /// coordinate: half a unit in the last place of each coordinate, and again half a unit.
@@ -37,6 +38,18 @@ impl PatchSet {
     /// Triangles of the patches. Patches with a common boundary curve (the same control points, in either direction)
     /// share its vertices; corners and edges of meshes come from control points, so nothing is welded afterwards.
     pub fn tessellate(&self, settings: &Tessellation) -> Result<Tessellated, TessellationError> {
+        let [low, high] = self.bounds();
+        let origin = origin_of(low, high);
+        if origin == DVec3::ZERO {
+            return self.tessellate_here(settings);
+        }
+        let mut made = self.moved(-origin).tessellate_here(settings)?;
+        made.mesh = made.mesh.moved(origin);
+        Ok(made)
+    }
+
+    /// As [`PatchSet::tessellate`], with vertices rounded where they are.
+    fn tessellate_here(&self, settings: &Tessellation) -> Result<Tessellated, TessellationError> {
         let [low, high] = self.bounds();
         let largest = low.abs().max(high.abs()).max_element();
         let rounding = ROUNDING * largest + SMALLEST;

@@ -10,7 +10,7 @@
 
 mod ring;
 
-use cutaway_core::glam::{DVec2, DVec3, Vec3};
+use cutaway_core::glam::{DVec2, DVec3};
 use ring::Ring;
 
 /// Corners that are checked against candidates for ears, in all polygons together; about a second.
@@ -37,18 +37,18 @@ impl Default for EarClipper {
 }
 
 impl EarClipper {
-    /// Cuts triangles off a polygon of vertices and returns what is left of it: as a rule nothing; a polygon of four
+    /// Cuts triangles off a polygon of vertices at these positions and returns what is left of it: as a rule nothing; a polygon of four
     /// corners or more where no ear is found, as in polygons that cross themselves or are nothing but a line. All triangles
     /// run along the polygon in its direction; those that would name a vertex twice are left out, because their edges
     /// cancel.
     pub fn clip(
         &mut self,
         mut polygon: Vec<u32>,
-        vertices: &[Vec3],
+        position: &impl Fn(u32) -> DVec3,
         triangles: &mut Vec<[u32; 3]>,
     ) -> Vec<u32> {
         if polygon.len() > 3
-            && let Some(flat) = flattened(&polygon, vertices)
+            && let Some(flat) = flattened(&polygon, position)
         {
             let mut ring = Ring::new(polygon, flat);
             clip_ears(&mut ring, triangles, &mut self.budget);
@@ -74,9 +74,9 @@ fn push([a, b, c]: [u32; 3], triangles: &mut Vec<[u32; 3]>) {
 
 /// Returns the corners in the plane that fits the polygon best (Newell's normal), counter-clockwise, scaled to about 1;
 /// `None` for a polygon without area.
-fn flattened(polygon: &[u32], vertices: &[Vec3]) -> Option<Vec<DVec2>> {
-    let origin = vertices[polygon[0] as usize].as_dvec3();
-    let at = |v: u32| vertices[v as usize].as_dvec3() - origin;
+fn flattened(polygon: &[u32], position: &impl Fn(u32) -> DVec3) -> Option<Vec<DVec2>> {
+    let origin = position(polygon[0]);
+    let at = |v: u32| position(v) - origin;
     let size = polygon.iter().map(|&v| at(v).abs().max_element()).fold(0.0, f64::max);
     let at = |v: u32| at(v) / size;
     let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));

@@ -91,7 +91,8 @@ fn simple_loops(mut edges: Vec<[u32; 2]>, vertices: usize) -> Vec<Vec<u32>> {
 
 /// Fills a loop with triangles that run along it in its direction; true where it took a fan.
 fn cap(work: &mut Work, polygon: Vec<u32>, clipper: &mut EarClipper) -> Result<bool, RepairError> {
-    let rest = clipper.clip(polygon, &work.vertices, &mut work.triangles);
+    let Work { vertices, triangles, .. } = work;
+    let rest = clipper.clip(polygon, &|v| vertices[v as usize].as_dvec3(), triangles);
     if rest.is_empty() {
         return Ok(false);
     }

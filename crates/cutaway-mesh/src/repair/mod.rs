@@ -62,7 +62,7 @@ pub struct Repaired {
     pub notices: Vec<RepairNotice>,
 }
 
-/// A mesh under repair.
+/// A mesh under repair. Its vertices are relative to the origin of the mesh that it came from.
 struct Work {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -95,7 +95,8 @@ pub fn repair(mesh: &TriangleMesh, options: &RepairOptions) -> Result<Repaired, 
     nesting::settle_shells(&mut work)?;
     work.compact();
     let Work { vertices, triangles, notices } = work;
-    Ok(Repaired { mesh: ClosedMesh::from_checked(TriangleMesh::from_checked(vertices, triangles)), notices })
+    let mesh = TriangleMesh::from_checked(mesh.origin(), vertices, triangles);
+    Ok(Repaired { mesh: ClosedMesh::from_checked(mesh), notices })
 }
 
 impl Work {

@@ -67,14 +67,14 @@ pub(crate) fn euler(mesh: &TriangleMesh) -> i64 {
 
 /// The volume that a closed mesh encloses.
 pub(crate) fn volume(mesh: &TriangleMesh) -> f64 {
-    let corners = (0..mesh.triangles().len()).map(|t| mesh.corners(t).map(|v| v.as_dvec3()));
+    let corners = (0..mesh.triangles().len()).map(|t| mesh.corners(t).map(|v| mesh.origin() + v.as_dvec3()));
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
 /// How far a point is from a mesh.
 pub(crate) fn distance(mesh: &TriangleMesh, p: DVec3) -> f64 {
     let distances =
-        (0..mesh.triangles().len()).map(|t| to_triangle(p, mesh.corners(t).map(|v| v.as_dvec3())));
+        (0..mesh.triangles().len()).map(|t| to_triangle(p, mesh.corners(t).map(|v| mesh.origin() + v.as_dvec3())));
     distances.fold(f64::INFINITY, f64::min)
 }
 

@@ -81,9 +81,9 @@ fn stl(bytes: &[u8]) -> TriangleMesh {
 /// Corners of the box around a mesh.
 pub(crate) fn bounds(mesh: &TriangleMesh) -> [DVec3; 2] {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for vertex in mesh.vertices() {
-        low = low.min(vertex.as_dvec3());
-        high = high.max(vertex.as_dvec3());
+    for vertex in 0..mesh.vertices().len() as u32 {
+        low = low.min(mesh.position(vertex));
+        high = high.max(mesh.position(vertex));
     }
     [low, high]
 }

@@ -10,8 +10,9 @@ mod buffers;
 mod document;
 
 use cutaway_mesh::TriangleMesh;
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat4, DQuat, DVec3};
 
+use super::builder::Positions;
 use super::error::MeshReadError;
 use super::input::Input;
 use crate::volume::Place;
@@ -49,7 +50,7 @@ pub(super) fn read(input: &mut Input<'_>, folder: &dyn Folder) -> Result<Triangl
         input,
         document: &document,
         buffers,
-        vertices: vec![],
+        vertices: Positions::default(),
         triangles: vec![],
         primitives: 0,
         left_out: [0; 4],
@@ -65,7 +66,7 @@ pub(super) fn read(input: &mut Input<'_>, folder: &dyn Folder) -> Result<Triangl
     for (count, what) in left_out.into_iter().zip(names).filter(|(count, _)| *count > 0) {
         input.notice(format!("{count} {what} left out"));
     }
-    TriangleMesh::new(vertices, triangles).map_err(|error| MeshReadError::Mesh { file: input.file(), error })
+    vertices.into_mesh(triangles).map_err(|error| MeshReadError::Mesh { file: input.file(), error })
 }
 
 /// The JSON and the binary chunk of a GLB file.
@@ -127,7 +128,7 @@ struct Scene<'s, 'i, 'd> {
     input: &'s mut Input<'i>,
     document: &'d Document,
     buffers: Buffers<'d>,
-    vertices: Vec<Vec3>,
+    vertices: Positions,
     triangles: Vec<[u32; 3]>,
     primitives: usize,
     /// Points and lines, primitives without positions, skins, morph targets.
@@ -159,6 +160,13 @@ impl Scene<'_, '_, '_> {
             found: found.into(),
             expected: expected.into(),
         }
+    }
+
+    /// Checks that this many more vertices and triangles are within the limit.
+    fn check_memory(&self, vertices: u64, triangles: u64) -> Result<(), MeshReadError> {
+        let vertices = (self.vertices.len() as u64).saturating_add(vertices);
+        let triangles = (self.triangles.len() as u64).saturating_add(triangles);
+        self.input.check_memory(vertices, triangles, self.vertices.bytes())
     }
 
     /// The nodes that nothing is above of: those of the scene; without scenes, those that are nobody's children; without
@@ -283,7 +291,7 @@ impl Scene<'_, '_, '_> {
             Numbers::Listed(list) => first as u32 + list[i],
         };
         let triangles = mode.triangles(corners);
-        self.input.check_size(self.vertices.len() as u64, self.triangles.len() as u64 + triangles as u64)?;
+        self.check_memory(0, triangles as u64)?;
         if corners > 0 && triangles == 0 || mode == Mode::Triangles && !corners.is_multiple_of(3) {
             self.input
                 .notice(format!("{field} has {corners} corners, which make no whole number of triangles"));
@@ -304,13 +312,13 @@ impl Scene<'_, '_, '_> {
         let positions = accessor::open(self.input, self.document, &mut self.buffers, accessor, field)?;
         let reader = positions.vectors(self.input)?;
         let count = self.vertices.len() as u64 + positions.count;
-        self.input.check_size(count, self.triangles.len() as u64)?;
+        self.check_memory(positions.count, 0)?;
         if count >= u64::from(u32::MAX) {
             return Err(self.field(field.to_owned(), format!("{count} vertices so far"), "fewer than 2^32"));
         }
         for i in 0..positions.count {
-            let vertex = world_from_node.transform_point3(reader(i)).as_vec3();
-            if !vertex.is_finite() {
+            let vertex = world_from_node.transform_point3(reader(i));
+            if !vertex.as_vec3().is_finite() {
                 return Err(MeshReadError::NotFinite {
                     file: self.input.file(),
                     place: Place::Whole,

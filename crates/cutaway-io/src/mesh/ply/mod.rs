@@ -7,11 +7,11 @@ mod header;
 mod values;
 
 use cutaway_mesh::TriangleMesh;
-use glam::Vec3;
+use glam::DVec3;
 
 use super::builder::Builder;
 use super::error::MeshReadError;
-use super::input::Input;
+use super::input::{Input, is_coordinate};
 use crate::volume::Place;
 use header::{Element, Header, Property};
 use values::Values;
@@ -67,8 +67,8 @@ fn read_vertices(
                     let place = values.place(input);
                     let value = values.scalar(input, *kind)?;
                     if let Some(axis) = axis(name) {
-                        at[axis] = value as f32;
-                        if !at[axis].is_finite() {
+                        at[axis] = value;
+                        if !is_coordinate(value) {
                             return Err(input.not_finite(place, value));
                         }
                     }
@@ -77,7 +77,7 @@ fn read_vertices(
             }
         }
         values.end();
-        builder.vertex(input, Vec3::from_array(at))?;
+        builder.vertex(input, DVec3::from_array(at))?;
     }
     Ok(())
 }
