@@ -19,11 +19,15 @@ use crate::rays::Frame;
 use crate::simd::MAX_LANES;
 use crate::tiles::{TILE, Tile};
 
+/// Most objects whose events are found for all pixels of a tile at once. Of more, each ray asks those that are near it:
+/// time and memory for all objects in every tile would grow with their product.
+const MOST_TOGETHER: usize = 64;
+
 /// A clip under the camera of a frame.
 pub(crate) struct ClipFrame<'a> {
     scene: &'a Scene,
     clip: &'a FlatClip,
-    /// One a leaf of the clip.
+    /// One per leaf of the clip; none where there are too many.
     leaves: Vec<Box<dyn PixelEvents + Send + 'a>>,
     /// How deep below a surface its normal lights samples, in world units; 0: not at all.
     depth: f64,
@@ -87,7 +91,8 @@ impl<'a> ClipFrame<'a> {
                 None => Box::new(SolidFrame::new(solid, ObjectRays::new(rays, *leaf.object_from_world()))),
             }
         };
-        let leaves = clip.leaves().iter().map(leaf).collect();
+        let few = clip.leaves().len() <= MOST_TOGETHER;
+        let leaves = if few { clip.leaves().iter().map(leaf).collect() } else { Vec::new() };
         let depth = scene.impregnation_depth().unwrap_or(0.0);
         Some(Self { scene, clip, leaves, depth })
     }
@@ -96,7 +101,7 @@ impl<'a> ClipFrame<'a> {
     pub(crate) fn tile(&self, frame: &Frame, tile: &Tile) -> TileClip {
         let (width, height) = (TILE.min(frame.width - tile.x), TILE.min(frame.height - tile.y));
         // A lattice's pixels are not neighbours: its rays are asked one by one.
-        let together = frame.is_full();
+        let together = frame.is_full() && self.leaves.len() == self.clip.leaves().len();
         let events: Vec<TileEvents> = self
             .leaves
             .iter()

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::{Clip, Node, Object, ObjectId, Pose, PoseError, Solid};
+use super::nearby::Boxes;
+use super::{Clip, Node, Object, ObjectId, Pose, PoseError, Solid, box_corners};
 use crate::camera::Ray;
 
 /// An object, ready for rays.
@@ -68,6 +69,18 @@ impl FlatLeaf {
         }
     }
 
+    /// Corners of a box along the world's axes that holds the whole surface; infinite or NaN for a half-space.
+    fn bounds_in_world(&self) -> [DVec3; 2] {
+        let world_from_object = self.object_from_world.inverse();
+        let corners =
+            box_corners(self.solid.bounds()).map(|corner| world_from_object.transform_point3(corner));
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return empty;
+        }
+        corners.iter().fold(empty, |[low, high], corner| [low.min(*corner), high.max(*corner)])
+    }
+
     /// The unit normal in the world, out of the object, of a part of its surface at a point on it.
     pub fn normal_in_world(&self, surface: u32, point_in_world: DVec3) -> DVec3 {
         let point_in_object = self.object_from_world.transform_point3(point_in_world);
@@ -110,13 +123,15 @@ pub struct FlatClip {
     gates: Vec<Gate>,
     /// The state outside all objects.
     outside: State,
+    /// Where the objects are, if there are many.
+    boxes: Option<Boxes>,
 }
 
 impl FlatClip {
     /// Fails where poses, each of which can be undone, cannot be undone together.
     pub fn new(clip: &Clip) -> Result<Self, PoseError> {
         let outside = State { true_inputs: Vec::new(), kept: false };
-        let mut flat = Self { leaves: Vec::new(), gates: Vec::new(), outside };
+        let mut flat = Self { leaves: Vec::new(), gates: Vec::new(), outside, boxes: None };
         let mut constants = Vec::new();
         flat.add(clip, Pose::IDENTITY, Wire { gate: ROOT, inverted: false }, &mut constants)?;
         let mut state = State { true_inputs: vec![0; flat.gates.len()], kept: false };
@@ -139,6 +154,8 @@ impl FlatClip {
             }
         }
         flat.outside = state;
+        let boxes: Vec<_> = flat.leaves.iter().map(FlatLeaf::bounds_in_world).collect();
+        flat.boxes = Boxes::new(&boxes);
         Ok(flat)
     }
 
@@ -203,6 +220,17 @@ impl FlatClip {
     /// Whether what is outside all objects is kept: all of a ray that meets none.
     pub fn keeps_outside(&self) -> bool {
         self.outside.kept
+    }
+
+    /// Replaces `found` by the objects whose boxes the line of a ray meets, ascending: all of them where they are few.
+    pub(super) fn leaves_along(&self, ray_in_world: &Ray, stack: &mut Vec<u32>, found: &mut Vec<u32>) {
+        match &self.boxes {
+            Some(boxes) => boxes.along(ray_in_world, stack, found),
+            None => {
+                found.clear();
+                found.extend(0..self.leaves.len() as u32);
+            }
+        }
     }
 
     /// Puts a state outside all objects.

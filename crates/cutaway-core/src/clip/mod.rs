@@ -14,6 +14,7 @@ mod event;
 mod finding;
 mod fit;
 mod flat;
+mod nearby;
 mod pose;
 mod shading;
 mod shapes;

@@ -120,6 +120,9 @@ pub struct Sweep {
     state: State,
     segments: Vec<ClipSegment>,
     repaired: u64,
+    /// Leaves that a ray may meet, and what finding them takes.
+    nearby: Vec<u32>,
+    stack: Vec<u32>,
 }
 
 impl Sweep {
@@ -133,7 +136,7 @@ impl Sweep {
         self.repaired
     }
 
-    /// The kept segments of `ray_in_world` within `range`, ascending, asking every object itself.
+    /// The kept segments of `ray_in_world` within `range`, ascending, asking every object itself that the ray may meet.
     pub fn cast(
         &mut self,
         clip: &FlatClip,
@@ -141,11 +144,18 @@ impl Sweep {
         range: Segment,
         limit: SegmentLimit,
     ) -> &[ClipSegment] {
-        let of_leaf = |leaf: usize, events: &mut Vec<Event>| {
-            let leaf = &clip.leaves()[leaf];
-            leaf.solid.events(&leaf.ray_in_object(ray_in_world), events);
-        };
-        self.segments(clip, of_leaf, range, limit)
+        let mut nearby = std::mem::take(&mut self.nearby);
+        clip.leaves_along(ray_in_world, &mut self.stack, &mut nearby);
+        self.events.clear();
+        for &leaf in &nearby {
+            let of_leaf = |events: &mut Vec<Event>| {
+                let leaf = &clip.leaves()[leaf as usize];
+                leaf.solid.events(&leaf.ray_in_object(ray_in_world), events);
+            };
+            self.gather(leaf, of_leaf);
+        }
+        self.nearby = nearby;
+        self.finish(clip, range, limit)
     }
 
     /// The kept segments within `range`, ascending. `events_of_leaf` appends the events of a leaf along the whole line,
@@ -159,13 +169,22 @@ impl Sweep {
     ) -> &[ClipSegment] {
         self.events.clear();
         for leaf in 0..clip.leaves().len() {
-            self.of_leaf.clear();
-            events_of_leaf(leaf, &mut self.of_leaf);
-            self.of_leaf.retain(|e| !e.t.is_nan());
-            self.repaired += u64::from(balance(&mut self.of_leaf));
-            let leaf = leaf as u32;
-            self.events.extend(self.of_leaf.iter().map(|&event| LeafEvent { event, leaf }));
+            self.gather(leaf as u32, |events| events_of_leaf(leaf, events));
         }
+        self.finish(clip, range, limit)
+    }
+
+    /// Adds the events of a leaf, balanced.
+    fn gather(&mut self, leaf: u32, events: impl FnOnce(&mut Vec<Event>)) {
+        self.of_leaf.clear();
+        events(&mut self.of_leaf);
+        self.of_leaf.retain(|e| !e.t.is_nan());
+        self.repaired += u64::from(balance(&mut self.of_leaf));
+        self.events.extend(self.of_leaf.iter().map(|&event| LeafEvent { event, leaf }));
+    }
+
+    /// Turns the events of all leaves into segments.
+    fn finish(&mut self, clip: &FlatClip, range: Segment, limit: SegmentLimit) -> &[ClipSegment] {
         self.events.sort_unstable_by(|a, b| a.event.t.total_cmp(&b.event.t));
         self.sweep(clip, range);
         limit.apply(&mut self.segments);

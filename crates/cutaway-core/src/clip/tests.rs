@@ -450,3 +450,52 @@ proptest! {
         prop_assert!(found.windows(2).all(|w| w[0].1 < w[1].0), "{:?}", found);
     }
 }
+
+/// A sphere that counts how often it is asked.
+#[derive(Debug)]
+struct Counted {
+    sphere: Sphere,
+    asked: Arc<std::sync::atomic::AtomicUsize>,
+}
+
+impl Solid for Counted {
+    fn events(&self, ray: &Ray, events: &mut Vec<Event>) {
+        self.asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        self.sphere.events(ray, events);
+    }
+
+    fn normal(&self, surface: u32, point: DVec3) -> DVec3 {
+        self.sphere.normal(surface, point)
+    }
+
+    fn bounds(&self) -> [DVec3; 2] {
+        self.sphere.bounds()
+    }
+}
+
+#[test]
+fn report_b3_a_ray_asks_only_the_spheres_near_it() {
+    let asked = Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    let sphere = |i: u32| {
+        let center = DVec3::new(f64::from(i % 22), f64::from(i / 22 % 22), f64::from(i / 484));
+        let solid = Counted { sphere: Sphere::new(center, 0.3).unwrap(), asked: asked.clone() };
+        Clip::object(ObjectId(i), Arc::new(solid))
+    };
+    let union: Clip = Node::Union((0..22 * 22 * 22).map(sphere).collect()).into();
+    let clip = FlatClip::new(&Clip::everything().cut(union)).unwrap();
+    let mut sweep = Sweep::new();
+    for direction in [DVec3::X, DVec3::new(1.0, 0.1, 0.05), DVec3::new(1.0, 1.0, 1.0).normalize()] {
+        let ray = Ray { origin: DVec3::new(-3.0, 2.1, 3.05), direction };
+        let range = Segment::new(0.0, 60.0).unwrap();
+        asked.store(0, std::sync::atomic::Ordering::Relaxed);
+        let found = sweep.cast(&clip, &ray, range, SegmentLimit::default()).to_vec();
+        let asked = asked.load(std::sync::atomic::Ordering::Relaxed);
+        assert!((10..300).contains(&asked), "{asked} of 10648 spheres for {direction}");
+        let all = |leaf: usize, events: &mut Vec<Event>| {
+            let leaf = &clip.leaves()[leaf];
+            leaf.solid.events(&leaf.ray_in_object(&ray), events);
+        };
+        assert_eq!(found, sweep.segments(&clip, all, range, SegmentLimit::default()));
+        assert!(found.len() > 5, "{found:?}");
+    }
+}
