@@ -185,13 +185,30 @@ impl<'a> Input<'a> {
 
     /// A coordinate in text.
     pub(super) fn coordinate(&self, word: &[u8]) -> Result<f64, MeshReadError> {
-        let number = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
-        match number {
+        match number(word) {
             Some(number) if is_coordinate(number) => Ok(number),
             Some(_) => Err(self.not_finite(self.line(), shown(word))),
             None => Err(self.syntax(self.line(), shown(word), "a number")),
         }
     }
+}
+
+/// A number in text. Fortran writes exponents with `D`.
+pub(super) fn number(word: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(word).ok()?;
+    text.parse().ok().or_else(|| {
+        let is_fortran = text.bytes().all(|b| b.is_ascii_digit() || b"+-.dD".contains(&b));
+        is_fortran.then(|| text.replace(['d', 'D'], "e").parse().ok())?
+    })
+}
+
+/// A whole number in text, which may be written `8.0`.
+pub(super) fn whole_number(word: &[u8]) -> Option<i64> {
+    let text = std::str::from_utf8(word).ok()?;
+    text.parse().ok().or_else(|| {
+        let number: f64 = text.parse().ok()?;
+        (number.fract() == 0.0 && number.abs() < 2f64.powi(53)).then_some(number as i64)
+    })
 }
 
 /// True for numbers that single precision has room for: meshes cannot be larger than that.

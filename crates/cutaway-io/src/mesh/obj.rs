@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::builder::Builder;
 use super::error::MeshReadError;
-use super::input::{Input, shown, words};
+use super::input::{Input, number, shown, whole_number, words};
 
 pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
     let mut builder = Builder::default();
@@ -33,9 +33,9 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                 ));
             }
         }
-        let mut words = words(&line);
+        let mut words = words(&line).map_while(uncommented);
         match words.next() {
-            Some(b"v") => {
+            Some(b"v" | b"V") => {
                 let mut coordinate = || match words.next() {
                     Some(word) => input.coordinate(word),
                     None => Err(input.syntax(input.line(), shown(&line), "three coordinates after `v`")),
@@ -43,10 +43,9 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                 let vertex = DVec3::new(coordinate()?, coordinate()?, coordinate()?);
                 builder.vertex(input, vertex)?;
             }
-            Some(b"f" | b"fo") => {
+            Some(b"f" | b"F" | b"fo") => {
                 face.clear();
-                // What follows is a comment.
-                for word in words.take_while(|word| !word.starts_with(b"#")) {
+                for word in words {
                     face.push(corner(input, word, builder.vertices())?);
                 }
                 if face.len() < 3 {
@@ -55,7 +54,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
                 builder.face(input, &face, input.line())?;
             }
             Some(b"curv" | b"curv2" | b"surf") => free_form += 1,
-            Some(word) if std::str::from_utf8(word).is_ok_and(|text| text.parse::<f64>().is_ok()) => {
+            Some(word) if number(word).is_some() => {
                 stray = stray.or(Some(input.line()));
             }
             _ => {}
@@ -76,11 +75,17 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError>
     builder.finish(input, 1)
 }
 
+/// A word up to the beginning of a comment; `None` where the comment begins with it.
+fn uncommented(word: &[u8]) -> Option<&[u8]> {
+    word.split(|b| *b == b'#').next().filter(|word| !word.is_empty())
+}
+
 /// True if a line that ends in a backslash goes on in the next line: one with numbers does, outside comments.
 fn is_continued(line: &[u8]) -> bool {
-    const OF_NUMBERS: [&[u8]; 24] = [
-        b"v", b"vt", b"vn", b"vp", b"f", b"fo", b"l", b"p", b"curv", b"curv2", b"surf", b"parm", b"trim",
-        b"hole", b"scrv", b"sp", b"con", b"deg", b"bmat", b"step", b"cstype", b"end", b"ctech", b"stech",
+    const OF_NUMBERS: [&[u8]; 26] = [
+        b"V", b"F", b"v", b"vt", b"vn", b"vp", b"f", b"fo", b"l", b"p", b"curv", b"curv2", b"surf", b"parm",
+        b"trim", b"hole", b"scrv", b"sp", b"con", b"deg", b"bmat", b"step", b"cstype", b"end", b"ctech",
+        b"stech",
     ];
     let mut words = words(&line[..line.len() - 1]);
     words.next().is_some_and(|keyword| OF_NUMBERS.contains(&keyword))
@@ -90,8 +95,7 @@ fn is_continued(line: &[u8]) -> bool {
 /// The vertex that a corner such as `7`, `7/1`, `7//3` or `-1/-1/-1` names, from 0.
 fn corner(input: &Input<'_>, word: &[u8], vertices: usize) -> Result<u32, MeshReadError> {
     let digits = word.split(|b| *b == b'/').next().unwrap_or_default();
-    let number = std::str::from_utf8(digits).ok().and_then(|text| text.parse::<i64>().ok());
-    let Some(number) = number else {
+    let Some(number) = whole_number(digits) else {
         return Err(input.syntax(input.line(), shown(word), "the number of a vertex"));
     };
     let from_start = match number {

@@ -269,6 +269,13 @@ struct Text {
 
 impl Text {
     fn line(&mut self, input: &Input<'_>, line: &[u8]) -> Result<(), MeshReadError> {
+        // Colours of some programs, and comments, which only a line of its own can be.
+        if words(line)
+            .next()
+            .is_some_and(|word| word.eq_ignore_ascii_case(b"color") || word.starts_with(b"#"))
+        {
+            return Ok(());
+        }
         let mut words = words(line).peekable();
         while let Some(word) = words.next() {
             let mut keyword = word.to_ascii_lowercase();

@@ -3,11 +3,14 @@
 //! Read are the triangles, strips and fans of the meshes that the scene's nodes show, with the nodes' transforms (a
 //! mirroring one turns the windings, as the specification has it); 32-bit float and quantised positions. Buffers are the
 //! binary chunk, `data:` URIs and files in the same folder or below. Points, lines, skins, morph targets and everything
-//! about looks is left out. Not read: sparse accessors, and compressed meshes (Draco, meshopt).
+//! about looks is left out. Sparse accessors, and accessors of zeros, are read. Not read: compressed meshes (Draco, meshopt).
+//!
+//! Nodes may show one mesh any number of times. All their vertices and triangles are counted before any of them is made.
 
 mod accessor;
 mod buffers;
 mod document;
+mod whole;
 
 use cutaway_mesh::TriangleMesh;
 use glam::{DMat4, DQuat, DVec3};
@@ -16,9 +19,10 @@ use super::builder::Positions;
 use super::error::MeshReadError;
 use super::input::Input;
 use crate::volume::Place;
+use crate::volume::error::{quoted, shown_name};
 use crate::volume::source::Folder;
 use buffers::Buffers;
-use document::{Document, Node, Primitive};
+use document::{Document, Head, NamedMeshes, Node, Primitive};
 
 /// Bytes that JSON may take in memory for one byte of text: a node of two bytes and its comma.
 const JSON_FACTOR: u64 = 48;
@@ -42,9 +46,10 @@ pub(super) fn read(input: &mut Input<'_>, folder: &dyn Folder) -> Result<Triangl
         let what = format!("{} bytes of JSON", json.len());
         return Err(MeshReadError::TooLarge { file: input.file(), what, needed, limit: input.limit() });
     }
+    check_version(input, json)?;
     let document: Document =
         serde_json::from_slice(json).map_err(|error| MeshReadError::Json { file: input.file(), error })?;
-    check_kind(input, &document)?;
+    check_compression(input, &document)?;
     let buffers = Buffers::new(folder, binary);
     let mut scene = Scene {
         input,
@@ -104,18 +109,42 @@ fn chunks<'b>(input: &Input<'_>, bytes: &'b [u8]) -> Result<(&'b [u8], Option<&'
         at = start + chunk.len();
     }
     match json {
-        Some(json) => Ok((json, binary)),
+        // Some programs fill the chunk up with zeros instead of blanks.
+        Some(json) => {
+            let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+            Ok((&json[..end], binary))
+        }
         None => Err(input.syntax(Place::Byte(12), "no JSON chunk", "one after the header")),
     }
 }
 
-fn check_kind(input: &Input<'_>, document: &Document) -> Result<(), MeshReadError> {
+/// Refuses other versions than 2: before anything else is parsed, since version 1.0 has other types everywhere.
+fn check_version(input: &Input<'_>, json: &[u8]) -> Result<(), MeshReadError> {
+    let unsupported = |version: &str| MeshReadError::Unsupported {
+        file: input.file(),
+        found: format!("version {version} of glTF is not read"),
+        hint: "convert the file to glTF 2.0",
+    };
+    let head: Head =
+        serde_json::from_slice(json).map_err(|error| MeshReadError::Json { file: input.file(), error })?;
+    match head.asset.version.map(|version| version.to_string()) {
+        Some(version) if version == "2" || version.starts_with("2.") => Ok(()),
+        Some(version) if version.len() < 20 => Err(unsupported(&shown_name(&version))),
+        Some(version) => Err(unsupported(&quoted(&version))),
+        // There, the version could be left out.
+        None if serde_json::from_slice::<NamedMeshes>(json).is_ok() => Err(unsupported("1.0")),
+        None => Err(MeshReadError::Field {
+            file: input.file(),
+            field: "asset.version".to_owned(),
+            found: "missing".to_owned(),
+            expected: "\"2.0\"".to_owned(),
+        }),
+    }
+}
+
+fn check_compression(input: &Input<'_>, document: &Document) -> Result<(), MeshReadError> {
     let unsupported =
         |found: String, hint| Err(MeshReadError::Unsupported { file: input.file(), found, hint });
-    if !document.asset.version.starts_with("2.") {
-        let version = crate::volume::error::quoted(&document.asset.version);
-        return unsupported(format!("version {version} of glTF is not read"), "convert the file to glTF 2.0");
-    }
     let compressed = document.extensions_required.iter().find(|e| COMPRESSED.contains(&e.as_str()));
     if let Some(extension) = compressed {
         return unsupported(format!("{extension} is not read"), "save the file without mesh compression");
@@ -193,6 +222,7 @@ impl Scene<'_, '_, '_> {
             return (0..document.meshes.len() as u64)
                 .try_for_each(|mesh| self.read_mesh(mesh, "meshes", DMat4::IDENTITY));
         }
+        self.check_total()?;
         let mut reached = vec![false; document.nodes.len()];
         let mut waiting: Vec<(u64, DMat4)> =
             self.roots()?.into_iter().rev().map(|n| (n, DMat4::IDENTITY)).collect();
@@ -216,6 +246,30 @@ impl Scene<'_, '_, '_> {
             waiting.extend(node.children.iter().rev().map(|child| (*child, world_from_node)));
         }
         Ok(())
+    }
+
+    /// Counts the vertices and triangles of all nodes, and refuses what is beyond the limit. What is wrong with nodes is
+    /// found later.
+    fn check_total(&self) -> Result<(), MeshReadError> {
+        let document = self.document;
+        let sizes: Vec<(u64, u64)> = document.meshes.iter().map(|mesh| document.size_of(mesh)).collect();
+        let (mut vertices, mut triangles) = (0u64, 0u64);
+        let mut reached = vec![false; document.nodes.len()];
+        let mut waiting = self.roots()?;
+        while let Some(index) = waiting.pop() {
+            let index = usize::try_from(index).unwrap_or(usize::MAX);
+            let Some(node) = document.nodes.get(index) else { continue };
+            if std::mem::replace(&mut reached[index], true) {
+                continue;
+            }
+            let mesh = node.mesh.and_then(|mesh| sizes.get(usize::try_from(mesh).ok()?));
+            if let Some((of_vertices, of_triangles)) = mesh {
+                vertices = vertices.saturating_add(*of_vertices);
+                triangles = triangles.saturating_add(*of_triangles);
+            }
+            waiting.extend(&node.children);
+        }
+        self.input.check_size(vertices, triangles)
     }
 
     fn transform(&self, node: &Node, index: u64) -> Result<DMat4, MeshReadError> {
@@ -271,6 +325,13 @@ impl Scene<'_, '_, '_> {
             return Ok(());
         };
         self.left_out[3] += usize::from(primitive.targets.is_some());
+        if let Some(extension) = primitive.extensions.keys().find(|e| COMPRESSED.contains(&e.as_str())) {
+            return Err(MeshReadError::Unsupported {
+                file: self.input.file(),
+                found: format!("`{field}` is compressed by {extension}, which is not read"),
+                hint: "save the file without mesh compression",
+            });
+        }
         let first = self.vertices.len();
         self.read_positions(position, &format!("{field}.attributes.POSITION"), world_from_node)?;
         let count = self.vertices.len() - first;
@@ -310,6 +371,9 @@ impl Scene<'_, '_, '_> {
         world_from_node: DMat4,
     ) -> Result<(), MeshReadError> {
         let positions = accessor::open(self.input, self.document, &mut self.buffers, accessor, field)?;
+        if positions.is_zeros() && positions.count > 0 {
+            self.input.notice(format!("`accessors[{accessor}]` has no buffer view: all its values are 0"));
+        }
         let reader = positions.vectors(self.input)?;
         let count = self.vertices.len() as u64 + positions.count;
         self.check_memory(positions.count, 0)?;
@@ -338,6 +402,8 @@ impl Scene<'_, '_, '_> {
     ) -> Result<Vec<u32>, MeshReadError> {
         let indices = accessor::open(self.input, self.document, &mut self.buffers, accessor, field)?;
         let reader = indices.numbers(self.input)?;
+        // Zeros take no bytes in the file. Three numbers take as much memory as a triangle.
+        self.check_memory(0, indices.count.div_ceil(3))?;
         let mut list = Vec::new();
         for i in 0..indices.count {
             let index = reader(i);

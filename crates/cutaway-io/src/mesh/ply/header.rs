@@ -1,7 +1,7 @@
 //! The header of a PLY file.
 
 use super::super::error::MeshReadError;
-use super::super::input::{Input, shown, words};
+use super::super::input::{Input, shown, whole_number, words};
 use crate::volume::Place;
 
 /// Most elements, and most properties of one: far more than anyone writes.
@@ -24,6 +24,8 @@ pub(super) enum Kind {
     U16,
     I32,
     U32,
+    I64,
+    U64,
     F32,
     F64,
 }
@@ -37,6 +39,8 @@ impl Kind {
             b"ushort" | b"uint16" => Self::U16,
             b"int" | b"int32" => Self::I32,
             b"uint" | b"uint32" => Self::U32,
+            b"int64" | b"longlong" => Self::I64,
+            b"uint64" | b"ulonglong" => Self::U64,
             b"float" | b"float32" => Self::F32,
             b"double" | b"float64" => Self::F64,
             _ => return None,
@@ -49,7 +53,7 @@ impl Kind {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
+            Self::I64 | Self::U64 | Self::F64 => 8,
         }
     }
 
@@ -152,13 +156,17 @@ fn format<'a>(mut words: impl Iterator<Item = &'a [u8]>) -> Result<Encoding, &'s
             );
         }
     };
-    if words.next() == Some(b"1.0") { Ok(encoding) } else { Err("version 1.0") }
+    if matches!(words.next(), Some(b"1.0" | b"1")) { Ok(encoding) } else { Err("version 1.0") }
 }
 
 fn element<'a>(mut words: impl Iterator<Item = &'a [u8]>, place: Place) -> Result<Element, &'static str> {
     const EXPECTED: &str = "`element NAME COUNT`";
     let name = text(words.next()).ok_or(EXPECTED)?;
-    let count = text(words.next()).and_then(|count| count.parse().ok()).ok_or(EXPECTED)?;
+    let count = words.next().and_then(|count| {
+        let text = std::str::from_utf8(count).ok()?;
+        text.parse().ok().or_else(|| u64::try_from(whole_number(count)?).ok())
+    });
+    let count = count.ok_or(EXPECTED)?;
     Ok(Element { name, count, properties: Vec::new(), place })
 }
 

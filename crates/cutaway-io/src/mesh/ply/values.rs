@@ -1,7 +1,7 @@
 //! The numbers of a PLY file, whichever way they are written.
 
 use super::super::error::MeshReadError;
-use super::super::input::{Input, shown, words};
+use super::super::input::{Input, number, shown, words};
 use super::header::{Element, Encoding, Kind, Property};
 use crate::volume::Place;
 
@@ -87,8 +87,7 @@ impl Values {
     pub(super) fn scalar(&mut self, input: &mut Input<'_>, kind: Kind) -> Result<f64, MeshReadError> {
         if self.encoding == Encoding::Ascii {
             let word = self.word(input)?;
-            let number = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
-            return number.ok_or_else(|| input.syntax(input.line(), shown(word), "a number"));
+            return number(word).ok_or_else(|| input.syntax(input.line(), shown(word), "a number"));
         }
         let mut bytes = [0; 8];
         let size = kind.bytes() as usize;
@@ -106,6 +105,8 @@ impl Values {
             Kind::U16 => f64::from(u16::from_le_bytes([a, b])),
             Kind::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
             Kind::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+            Kind::I64 => i64::from_le_bytes(bytes) as f64,
+            Kind::U64 => u64::from_le_bytes(bytes) as f64,
             Kind::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
             Kind::F64 => f64::from_le_bytes(bytes),
         })
