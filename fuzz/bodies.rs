@@ -40,7 +40,7 @@ pub(crate) fn raw(data: &[u8]) {
 /// Meshes: the input is a file of any format, which a name may decide; `buffer` is there to be named by glTF. What is
 /// read is repaired.
 pub(crate) fn mesh(data: &[u8]) {
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 }, ..MeshReadOptions::default() };
     for name in ["a.ply", "a.stl", "a.obj", "a.gltf"] {
         match read_mesh_bytes(name, data, &voxels("buffer"), &options) {
             Ok(loaded) => {

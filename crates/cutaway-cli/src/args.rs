@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_io::mesh::MeshSpace;
 
 use crate::clip::ClipArgs;
 use crate::values::{self, List, number, whole};
@@ -357,6 +358,9 @@ pub(crate) struct InfoArgs {
     /// Volume file, `sample:NAME`, mesh file (.ply, .stl, .obj, .gltf, .glb), or transfer function (.json, .vp)
     #[arg(required_unless_present = "gpu")]
     pub(crate) file: Option<OsString>,
+    /// Axes of a mesh: lps (converted to RAS), ras, or file (what the file says, otherwise unchanged) [file]
+    #[arg(long, value_name = "SPACE", value_parser = values::mesh_space)]
+    pub(crate) mesh_space: Option<MeshSpace>,
     /// List the GPUs of this machine instead, the one that is taken first
     #[arg(long, conflicts_with = "file")]
     pub(crate) gpu: bool,
@@ -394,6 +398,9 @@ pub(crate) struct ConvertArgs {
     /// How far apart vertices on the boundary are welded, as a share of the mesh's size; 0 for the same place only [1e-6]
     #[arg(long, value_name = "F", value_parser = number, allow_hyphen_values = true, requires = "repair")]
     pub(crate) weld_tolerance: Option<f64>,
+    /// Axes of the mesh: lps (converted to RAS), ras, or file (what the file says, otherwise unchanged) [file]
+    #[arg(long, value_name = "SPACE", value_parser = values::mesh_space)]
+    pub(crate) mesh_space: Option<MeshSpace>,
     /// How far the triangles of spline patches may be off the surface, in its own units [a thousandth of its size]
     #[arg(long, value_name = "D", value_parser = number, allow_hyphen_values = true)]
     pub(crate) tolerance: Option<f64>,

@@ -9,6 +9,7 @@ use std::str::FromStr;
 use cutaway_core::clip::{BufferDepth, ClipEvents, Impregnation, SegmentCount};
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_io::mesh::MeshSpace;
 
 use crate::report::wrong_use;
 
@@ -144,6 +145,10 @@ pub(crate) fn space_skipping(text: &str) -> Result<SpaceSkipping, String> {
 /// All ways, whichever engine has them: what stands in for another engine's is said when the engine is known.
 pub(crate) fn clip_events(text: &str) -> Result<ClipEvents, String> {
     named(text, "way of finding events", &ClipEvents::ALL.map(|how| (how.name(), how)))
+}
+
+pub(crate) fn mesh_space(text: &str) -> Result<MeshSpace, String> {
+    named(text, "space of meshes", &MeshSpace::ALL.map(|space| (space.name(), space)))
 }
 
 pub(crate) fn buffer_depth(text: &str) -> Result<BufferDepth, String> {

@@ -8,7 +8,7 @@ use cutaway_core::clip::Solid;
 use cutaway_mesh::patches::{Tessellation, TessellationError};
 use cutaway_mesh::{EventFinder, MeshSolid, RepairError, RepairOptions, TriangleMesh, repair};
 
-use crate::mesh::{MeshReadError, MeshReadOptions, read_mesh};
+use crate::mesh::{MeshReadError, MeshReadOptions, MeshSpace, read_mesh};
 use crate::patches::{self, PatchReadError};
 use crate::scene_file::{ClipSource, ExternalSolid};
 
@@ -54,8 +54,9 @@ pub struct LoadedSolid {
 pub fn read_solid(external: ExternalSolid<'_>, finder: EventFinder) -> Result<LoadedSolid, SolidReadError> {
     let path = external.path();
     let (mesh, mut notices) = match external {
-        ExternalSolid::Mesh { .. } => {
-            let loaded = read_mesh(Path::new(path), &MeshReadOptions::default())?;
+        ExternalSolid::Mesh { space, .. } => {
+            let options = MeshReadOptions { space, ..MeshReadOptions::default() };
+            let loaded = read_mesh(Path::new(path), &options)?;
             (loaded.value, loaded.notices)
         }
         ExternalSolid::Patches { tolerance, .. } => surface_of_patches(path, tolerance)?,
@@ -89,14 +90,14 @@ pub fn source_of_file(path: String) -> ClipSource {
     if patches::recognize(Path::new(&path)) {
         ClipSource::Patches { path, tolerance: None }
     } else {
-        ClipSource::Mesh { path }
+        ClipSource::Mesh { path, space: MeshSpace::File }
     }
 }
 
 /// Solids by the file that they come from: each is read once, however often it is used.
 #[derive(Clone, Debug, Default)]
 pub struct SolidCache {
-    loaded: HashMap<(String, Option<u64>), Arc<dyn Solid>>,
+    loaded: HashMap<Key, Arc<dyn Solid>>,
 }
 
 impl SolidCache {
@@ -121,13 +122,16 @@ impl SolidCache {
     }
 }
 
-/// The same patches within another tolerance are another solid.
-fn key(external: ExternalSolid<'_>) -> (String, Option<u64>) {
-    let tolerance = match external {
-        ExternalSolid::Patches { tolerance, .. } => tolerance.map(f64::to_bits),
-        ExternalSolid::Mesh { .. } => None,
-    };
-    (external.path().to_owned(), tolerance)
+/// A path, a tolerance in bits, and axes: the same patches within another tolerance are another solid, and so is the same
+/// mesh along other axes.
+type Key = (String, Option<u64>, MeshSpace);
+
+fn key(external: ExternalSolid<'_>) -> Key {
+    let path = external.path().to_owned();
+    match external {
+        ExternalSolid::Patches { tolerance, .. } => (path, tolerance.map(f64::to_bits), MeshSpace::File),
+        ExternalSolid::Mesh { space, .. } => (path, None, space),
+    }
 }
 
 #[cfg(test)]
@@ -144,7 +148,7 @@ mod tests {
         std::fs::write(&path, TETRAHEDRON.trim_end().rsplit_once('\n').unwrap().0).unwrap();
         let path = path.to_str().unwrap();
         let source = source_of_file(path.to_owned());
-        assert_eq!(source, ClipSource::Mesh { path: path.to_owned() });
+        assert_eq!(source, ClipSource::Mesh { path: path.to_owned(), space: MeshSpace::File });
         let loaded = read_solid(source.external().unwrap(), EventFinder::default()).unwrap();
         assert_eq!(loaded.solid.bounds()[1], cutaway_core::glam::DVec3::ONE);
         assert!(!loaded.notices.is_empty());
@@ -153,7 +157,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_names_the_file() {
-        let missing = ExternalSolid::Mesh { path: "no-such.ply" };
+        let missing = ExternalSolid::Mesh { path: "no-such.ply", space: MeshSpace::File };
         let error = read_solid(missing, EventFinder::default()).unwrap_err().to_string();
         assert!(error.contains("no-such.ply"), "{error}");
         let missing = ExternalSolid::Patches { path: "no-such.json", tolerance: None };

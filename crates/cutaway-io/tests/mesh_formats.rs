@@ -4,8 +4,8 @@ mod mesh_samples;
 
 use cutaway_io::limits::Limits;
 use cutaway_io::mesh::{
-    MeshFormat, MeshReadError, MeshReadOptions, MeshWriteError, encode_mesh, read_mesh, read_mesh_bytes,
-    write_mesh,
+    MeshFormat, MeshReadError, MeshReadOptions, MeshWriteError, WrittenSpace, encode_mesh, read_mesh,
+    read_mesh_bytes, write_mesh,
 };
 use cutaway_io::volume::{Loaded, MemoryFolder};
 use cutaway_mesh::{Topology, TriangleMesh};
@@ -230,10 +230,15 @@ mod gltf {
             (r#""scale":[2,2,2]"#, r#""scale":[1e300,1e300,1e300]"#, "a coordinate is"),
             (
                 r#""bufferView":0,"componentType":5126"#,
-                r#""sparse":{},"componentType":5126"#,
-                "`accessors[0]` is sparse",
+                r#""sparse":{"count":2,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":0}},"componentType":5126"#,
+                "`accessors[0].sparse.indices` is 2 in element 1, expected ascending numbers below the count of 4",
             ),
-            (r#""version":"2.0""#, r#""version":"1.0""#, "version \"1.0\" of glTF is not read"),
+            (
+                r#""bufferView":0,"componentType":5126"#,
+                r#""sparse":{"count":99,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":0}},"componentType":5126"#,
+                "`accessors[0].sparse.count` is 99, expected no more than fit",
+            ),
+            (r#""version":"2.0""#, r#""version":"1.0""#, "version 1.0 of glTF is not read"),
             (
                 r#""scene":0"#,
                 r#""extensionsRequired":["KHR_draco_mesh_compression"]"#,
@@ -242,7 +247,7 @@ mod gltf {
             (
                 r#""scene":0"#,
                 r#""scene":"x""#,
-                "not glTF: invalid type: string \"x\", expected u64 at line 1",
+                "not glTF: invalid type: string \"x\", expected a whole number at line 1",
             ),
         ];
         for (from, to, says) in cases {
@@ -359,7 +364,7 @@ fn files_are_written_whole_and_read_again() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["a.ply", "a.STL", "a.obj"] {
         let path = folder.path().join(name);
-        write_mesh(&path, &tetrahedron()).unwrap();
+        write_mesh(&path, &tetrahedron(), WrittenSpace::Unsaid).unwrap();
         let loaded = read_mesh(&path, &MeshReadOptions::default()).unwrap();
         let t = Topology::new(&loaded.value);
         assert!(t.is_closed() && (t.volume - 1.0 / 6.0).abs() < 1e-6, "{name}");
@@ -367,16 +372,18 @@ fn files_are_written_whole_and_read_again() {
             read("x.gz", &gzip(&std::fs::read(&path).unwrap())).is_ok() || name == "a.obj" || name == "a.STL"
         );
     }
-    let error = write_mesh(&folder.path().join("a.glb"), &tetrahedron()).unwrap_err();
+    let error = write_mesh(&folder.path().join("a.glb"), &tetrahedron(), WrittenSpace::Unsaid).unwrap_err();
     assert!(matches!(error, MeshWriteError::Format(_)));
-    let error = write_mesh(&folder.path().join("no/a.ply"), &tetrahedron()).unwrap_err().to_string();
+    let error = write_mesh(&folder.path().join("no/a.ply"), &tetrahedron(), WrittenSpace::Unsaid)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("no/a.ply") && error.contains("does not exist"), "{error}");
-    assert!(encode_mesh(&tetrahedron(), MeshFormat::Gltf, &mut Vec::new()).is_err());
+    assert!(encode_mesh(&tetrahedron(), MeshFormat::Gltf, WrittenSpace::Unsaid, &mut Vec::new()).is_err());
 }
 
 #[test]
 fn meshes_above_the_limit_are_refused() {
-    let options = MeshReadOptions { limits: Limits { max_bytes: 90 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 90 }, ..MeshReadOptions::default() };
     for (name, bytes) in all() {
         let error = read_mesh_bytes(name, &bytes, &MemoryFolder::new(), &options).unwrap_err();
         assert!(matches!(error, MeshReadError::TooLarge { limit: 90, .. }), "{name}: {error}");
@@ -394,7 +401,7 @@ proptest! {
         let mesh = TriangleMesh::new(vertices.into_iter().map(Vec3::from_array).collect(), triangles).unwrap();
         for format in [MeshFormat::Ply, MeshFormat::Obj, MeshFormat::Stl] {
             let mut bytes = Vec::new();
-            encode_mesh(&mesh, format, &mut bytes).unwrap();
+            encode_mesh(&mesh, format, WrittenSpace::Unsaid, &mut bytes).unwrap();
             let name = format!("a.{}", format.name());
             let again = read(&name, &bytes).unwrap().value;
             if format == MeshFormat::Stl {

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 /// Reads, and asserts what must hold of every result.
 fn read(name: &str, bytes: &[u8]) -> Result<Loaded<TriangleMesh>, MeshReadError> {
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 }, ..MeshReadOptions::default() };
     let result = read_mesh_bytes(name, bytes, &MemoryFolder::new(), &options);
     match &result {
         Ok(loaded) => {
@@ -143,7 +143,7 @@ fn nodes_that_show_a_mesh_again_and_again_are_refused() {
         r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[{}]}}],"nodes":[{nodes}],"meshes":[{{"primitives":[{primitives}]}}]}}"#,
         roots.join(",")
     );
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 24 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 24 }, ..MeshReadOptions::default() };
     let error =
         read_mesh_bytes("a.glb", &glb(&json, &[]), &MemoryFolder::new(), &options).unwrap_err().to_string();
     assert!(error.contains("primitives so far, expected at most"), "{error}");
@@ -153,13 +153,13 @@ fn nodes_that_show_a_mesh_again_and_again_are_refused() {
     let start = json.find(r#""nodes":["#).unwrap();
     let end = json.find(r#""meshes""#).unwrap();
     let json = format!("{}\"nodes\":[{nodes}],{}", &json[..start], &json[end..]);
-    let options = MeshReadOptions { limits: Limits { max_bytes: 60 << 20 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 60 << 20 }, ..MeshReadOptions::default() };
     let many = glb(&json, &mesh_samples::gltf_buffer());
     assert_eq!(
         read_mesh_bytes("a.glb", &many, &MemoryFolder::new(), &options).unwrap().value.triangles().len(),
         400_000
     );
-    let options = MeshReadOptions { limits: Limits { max_bytes: 5 << 20 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 5 << 20 }, ..MeshReadOptions::default() };
     let error = read_mesh_bytes("a.glb", &many, &MemoryFolder::new(), &options).unwrap_err();
     assert!(matches!(error, MeshReadError::TooLarge { .. }), "{error}");
 }

@@ -56,7 +56,7 @@ fn liars() -> Vec<(&'static str, Vec<u8>)> {
 
 #[test]
 fn nothing_is_allocated_for_data_that_are_not_there() {
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 40 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 40 }, ..MeshReadOptions::default() };
     for (i, (name, bytes)) in liars().into_iter().enumerate() {
         PEAK.reset_peak_usage();
         let before = PEAK.current_usage();
@@ -73,7 +73,7 @@ fn nothing_is_allocated_for_data_that_are_not_there() {
 /// 64 MiB of glTF in 64 KiB.
 fn bombs_stop_at_the_limit() {
     let bomb = gzip(&[&b"glTF"[..], &vec![b' '; 64 << 20]].concat());
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 }, ..MeshReadOptions::default() };
     PEAK.reset_peak_usage();
     let before = PEAK.current_usage();
     let error = read_mesh_bytes("a.glb", &bomb, &MemoryFolder::new(), &options).unwrap_err().to_string();
@@ -88,7 +88,7 @@ fn long_faces_stop_at_the_limit() {
     let header = String::from_utf8(header).unwrap().replace("list uint int", "list uint uchar").into_bytes();
     count.resize(count.len() + (64 << 20), 0);
     let bomb = gzip(&[header, count].concat());
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 } };
+    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 }, ..MeshReadOptions::default() };
     PEAK.reset_peak_usage();
     let before = PEAK.current_usage();
     let error = read_mesh_bytes("a.ply", &bomb, &MemoryFolder::new(), &options).unwrap_err().to_string();

@@ -3,8 +3,10 @@
 
 mod mesh_samples;
 
+use cutaway_io::limits::Limits;
 use cutaway_io::mesh::{
-    MeshFormat, MeshReadError, MeshReadOptions, encode_mesh, read_mesh_bytes, rounding,
+    MeshFormat, MeshReadError, MeshReadOptions, MeshSpace, WrittenSpace, encode_mesh, read_mesh_bytes,
+    rounding,
 };
 use cutaway_io::volume::{Loaded, MemoryFolder};
 use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
@@ -254,12 +256,15 @@ fn report_40_meshes_far_from_the_origin_keep_their_shape() {
         let t = Topology::new(&mesh);
         assert!((t.area - near.area).abs() < 1e-6 && (t.volume - near.volume).abs() < 1e-6, "{name}: {t:?}");
         let [low, high] = t.bounds.unwrap();
-        assert!(low.distance(far[0].into()) < 2e-7 && high.distance(far[7].into()) < 2e-7, "{name}: {low} {high}");
+        assert!(
+            low.distance(far[0].into()) < 2e-7 && high.distance(far[7].into()) < 2e-7,
+            "{name}: {low} {high}"
+        );
         assert!(repair(&mesh, &RepairOptions::default()).unwrap().notices.is_empty(), "{name}");
         // What is written is as exact; STL cannot be.
         for format in [MeshFormat::Obj, MeshFormat::Ply] {
             let mut bytes = Vec::new();
-            encode_mesh(&mesh, format, &mut bytes).unwrap();
+            encode_mesh(&mesh, format, WrittenSpace::Unsaid, &mut bytes).unwrap();
             assert_eq!(read(&format!("b.{}", format.name()), &bytes).unwrap().value, mesh, "{name}");
         }
         assert!(rounding(&mesh) > 0.1, "{name}");
@@ -268,11 +273,180 @@ fn report_40_meshes_far_from_the_origin_keep_their_shape() {
 
 #[test]
 fn report_40_a_node_far_away_shows_its_mesh_as_it_is() {
-    let far = gltf_json("").replace(r#""translation":[1,0,0]"#, r#""translation":[500000.3,5400000.7,250.1]"#);
+    let far =
+        gltf_json("").replace(r#""translation":[1,0,0]"#, r#""translation":[500000.3,5400000.7,250.1]"#);
     assert_ne!(far, gltf_json(""));
     // The node above scales by 2.
     let (t, _) = counted("a.glb", &glb(&far, &gltf_buffer()));
     assert!((t.volume - 8.0 / 6.0).abs() < 1e-6 && t.is_closed(), "{t:?}");
     let [low, _] = t.bounds.unwrap();
     assert!(low.distance(glam::DVec3::new(1_000_000.6, 10_800_001.4, 500.2)) < 1e-6, "{low}");
+}
+
+/// The box that lies at x 1 to 3, y 0.5 to 3.5, z -1 to 2 in RAS, as LPS has it.
+fn lps_box() -> (Vec<[f64; 3]>, Vec<Vec<usize>>) {
+    let (corners, faces) = cuboid([2.0, 3.0, 3.0]);
+    (shifted(&corners, [-3.0, -3.5, -1.0]), faces)
+}
+
+/// The same box in every format that names its axes, with these words in its header.
+fn saying(words: &str) -> Vec<(&'static str, Vec<u8>)> {
+    let (corners, faces) = lps_box();
+    let of_triangles: Vec<Vec<usize>> = triangles(&faces).iter().map(|t| t.to_vec()).collect();
+    let mut binary = words.as_bytes().to_vec();
+    binary.resize(80, 0);
+    binary.extend(12u32.to_le_bytes());
+    for face in &of_triangles {
+        binary.extend([0; 12]);
+        face.iter().flat_map(|v| corners[*v]).for_each(|c| binary.extend((c as f32).to_le_bytes()));
+        binary.extend([0; 2]);
+    }
+    let obj = format!("# {words}\n{}", obj(&corners, &faces));
+    vec![
+        ("text.stl", stl_text(&corners, &of_triangles, words, "endsolid\n").into_bytes()),
+        ("text.ply", ply(&corners, &faces, &format!("comment {words}\n")).into_bytes()),
+        ("a.obj.gz", gzip(obj.as_bytes())),
+        ("a.obj", obj.into_bytes()),
+        ("binary.stl", binary),
+    ]
+}
+
+#[test]
+fn report_26_meshes_in_lps_are_converted_to_ras() {
+    let bounds = |name: &str, bytes: &[u8], space: MeshSpace| {
+        let options = MeshReadOptions { space, ..MeshReadOptions::default() };
+        let loaded = read_mesh_bytes(name, bytes, &MemoryFolder::new(), &options).unwrap();
+        let t = Topology::new(&loaded.value);
+        assert!(t.is_closed() && t.volume == 18.0, "{name}: {t:?}");
+        (t.bounds.unwrap().map(|v| v.to_array()), loaded.notices)
+    };
+    let (as_stored, in_ras) = ([[-3.0, -3.5, -1.0], [-1.0, -0.5, 2.0]], [[1.0, 0.5, -1.0], [3.0, 3.5, 2.0]]);
+    for words in ["3D Slicer output. SPACE=LPS", "space = lps", "SPACE=left-posterior-superior"] {
+        for (name, bytes) in saying(words) {
+            let (found, notices) = bounds(name, &bytes, MeshSpace::File);
+            assert_eq!(found, in_ras, "{name} {words}");
+            assert!(notices.len() == 1 && notices[0].contains("LPS"), "{name} {words}: {notices:?}");
+            let (found, notices) = bounds(name, &bytes, MeshSpace::Ras);
+            assert_eq!(found, as_stored, "{name} {words}");
+            assert!(notices[0].contains("used unchanged"), "{name} {words}: {notices:?}");
+            assert_eq!(bounds(name, &bytes, MeshSpace::Lps), (in_ras, vec![]), "{name} {words}");
+        }
+    }
+    for words in ["SPACE=RAS", "nothing", "COLORSPACE=LPS"] {
+        for (name, bytes) in saying(words) {
+            assert_eq!(bounds(name, &bytes, MeshSpace::File), (as_stored, vec![]), "{name} {words}");
+            assert_eq!(bounds(name, &bytes, MeshSpace::Lps).0, in_ras, "{name} {words}");
+        }
+    }
+    for (name, bytes) in saying("SPACE=LAI") {
+        let (found, notices) = bounds(name, &bytes, MeshSpace::File);
+        assert_eq!(found, as_stored, "{name}");
+        assert!(notices[0].contains("neither RAS nor LPS"), "{name}: {notices:?}");
+    }
+}
+
+#[test]
+fn report_26_what_is_written_in_ras_says_so() {
+    let (name, bytes) = saying("SPACE=LPS").remove(0);
+    let mesh = read(name, &bytes).unwrap().value;
+    for format in [MeshFormat::Ply, MeshFormat::Obj, MeshFormat::Stl] {
+        let mut bytes = Vec::new();
+        encode_mesh(&mesh, format, WrittenSpace::Ras, &mut bytes).unwrap();
+        assert!(String::from_utf8_lossy(&bytes).contains("SPACE=RAS"));
+        let again = read(&format!("b.{}", format.name()), &bytes).unwrap();
+        assert_eq!((again.value.bounds(), again.notices), (mesh.bounds(), vec![]));
+    }
+}
+
+#[test]
+fn report_85_gltf_of_version_1_is_called_so_wherever_it_says_it() {
+    let rest = r#""scene":"all","scenes":{"all":{"nodes":["a"]}},"nodes":{"a":{"meshes":["m"]}},"meshes":{"m":{"primitives":[]}}"#;
+    let asset = r#""asset":{"version":"1.0"}"#;
+    for text in [
+        format!("{{{asset},{rest}}}"),
+        format!("{{{rest},{asset}}}"),
+        format!("{{{rest}}}"),
+        format!("{{{rest},\"asset\":{{\"version\":1.0}}}}"),
+        r#"{"asset":{"version":"1.0"}}"#.to_owned(),
+    ] {
+        let error = read("a.gltf", text.as_bytes()).unwrap_err().to_string();
+        assert!(
+            error.contains("version 1.0 of glTF is not read; convert the file to glTF 2.0"),
+            "{text}: {error}"
+        );
+    }
+    let error = read("a.gltf", br#"{"meshes":[]}"#).unwrap_err().to_string();
+    assert!(error.contains("`asset.version` is missing"), "{error}");
+    assert!(read("a.gltf", br#"{"asset":{"version":"2.1"}}"#).is_ok());
+}
+
+/// A box as glTF: its positions are what `accessor` says, with a list of numbers and a list of positions behind the box's.
+fn gltf_box(accessor: &str, indices: &[u16], values: &[[f32; 3]]) -> Vec<u8> {
+    let (corners, faces) = cuboid([1.0, 2.0, 3.0]);
+    let mut data: Vec<u8> = Vec::new();
+    let mut views = Vec::new();
+    let mut add = |bytes: Vec<u8>| {
+        views.push(format!(r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#, data.len(), bytes.len()));
+        data.extend(bytes);
+        data.resize(data.len().next_multiple_of(4), 0);
+    };
+    add(corners.iter().flatten().flat_map(|c| (*c as f32).to_le_bytes()).collect());
+    add(triangles(&faces).iter().flatten().flat_map(|v| (*v as u16).to_le_bytes()).collect());
+    add(indices.iter().flat_map(|v| v.to_le_bytes()).collect());
+    add(values.iter().flatten().flat_map(|c| c.to_le_bytes()).collect());
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"componentType":5126,"count":8,"type":"VEC3"{accessor}}},
+        {{"bufferView":1,"componentType":5123,"count":36,"type":"SCALAR"}}],"bufferViews":[{}],"buffers":[{{"byteLength":{}}}]}}"#,
+        views.join(","),
+        data.len()
+    );
+    glb(&json, &data)
+}
+
+#[test]
+fn report_86_accessors_without_a_view_are_zeros_and_sparse_ones_are_read() {
+    let sparse = |count: usize| {
+        format!(
+            r#","sparse":{{"count":{count},"indices":{{"bufferView":2,"componentType":5123}},"values":{{"bufferView":3}}}}"#
+        )
+    };
+    let (t, notices) = counted("a.glb", &gltf_box("", &[], &[]));
+    assert_eq!((t.triangles, t.area, t.degenerate_triangles), (12, 0.0, 12));
+    assert_eq!(notices, ["`accessors[0]` has no buffer view: all its values are 0"]);
+    // The four upper corners are moved up.
+    let top = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 2.0, 5.0], [1.0, 2.0, 5.0]];
+    let accessor = format!(r#","bufferView":0{}"#, sparse(4));
+    let (t, notices) = counted("a.glb", &gltf_box(&accessor, &[4, 5, 6, 7], &top));
+    assert_eq!((t.area, t.volume, notices), (34.0, 10.0, vec![]));
+    // All but the first.
+    let (corners, _) = cuboid([1.0, 2.0, 3.0]);
+    let others: Vec<[f32; 3]> = corners[1..].iter().map(|c| c.map(|x| x as f32)).collect();
+    let (t, _) = counted("a.glb", &gltf_box(&sparse(7), &[1, 2, 3, 4, 5, 6, 7], &others));
+    assert_box(&t);
+    // Not ascending, and beyond the end.
+    for indices in [[4, 6, 5, 7], [4, 5, 6, 8]] {
+        let error = read("a.glb", &gltf_box(&accessor, &indices, &top)).unwrap_err().to_string();
+        assert!(error.contains("accessors[0].sparse.indices"), "{error}");
+    }
+    // What only looks like zeros.
+    let compressed = String::from_utf8_lossy(&gltf_box("", &[], &[]))
+        .replace(r#""indices":1}"#, r#""indices":1,"extensions":{"KHR_draco_mesh_compression":{}}}"#);
+    let json = compressed.split_once('{').unwrap().1;
+    let json = format!("{{{}", &json[..json.rfind('}').unwrap() + 1]);
+    let error = read("a.gltf", json.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("is compressed by KHR_draco_mesh_compression"), "{error}");
+}
+
+#[test]
+fn report_b3_what_nodes_show_is_counted_before_it_is_made() {
+    let nodes = vec![r#"{"mesh":0,"translation":[0.1,0.2,0.3]}"#; 300_000].join(",");
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"componentType":5126,"count":90000,"type":"VEC3"}}]}}"#
+    );
+    let options = MeshReadOptions { limits: Limits { max_bytes: 2 << 30 }, ..MeshReadOptions::default() };
+    let error = read_mesh_bytes("a.gltf", json.as_bytes(), &MemoryFolder::new(), &options).unwrap_err();
+    let MeshReadError::TooLarge { what, .. } = error else { panic!("{error}") };
+    assert_eq!(what, "27000000000 vertices and 9000000000 triangles");
 }

@@ -79,6 +79,16 @@ impl TriangleMesh {
         Self { origin, vertices, triangles }
     }
 
+    /// Turns the mesh by half a turn around the z axis: x and y change their signs, as between LPS and RAS.
+    pub fn turned_around_z(mut self) -> Self {
+        // Subtracting from 0 leaves no -0.
+        (self.origin.x, self.origin.y) = (0.0 - self.origin.x, 0.0 - self.origin.y);
+        for v in &mut self.vertices {
+            (v.x, v.y) = (0.0 - v.x, 0.0 - v.y);
+        }
+        self
+    }
+
     /// The mesh, moved by its origin.
     pub(crate) fn moved(self, by: DVec3) -> Self {
         Self { origin: self.origin + by, ..self }
@@ -136,10 +146,7 @@ impl TriangleMesh {
     }
 }
 
-fn check(
-    positions: impl ExactSizeIterator<Item = DVec3>,
-    triangles: &[[u32; 3]],
-) -> Result<(), MeshError> {
+fn check(positions: impl ExactSizeIterator<Item = DVec3>, triangles: &[[u32; 3]]) -> Result<(), MeshError> {
     let vertices = positions.len();
     if vertices > u32::MAX as usize {
         return Err(MeshError::TooManyVertices { found: vertices });

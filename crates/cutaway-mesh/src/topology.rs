@@ -51,8 +51,7 @@ impl Topology {
         let mut sets = Sets::new(triangles.len());
         let mut degenerate_triangles = 0;
         let mut whole = 0i64;
-        let reference =
-            mesh.relative_bounds().map_or(DVec3::ZERO, |[low, high]| (low + high) / 2.0);
+        let reference = mesh.relative_bounds().map_or(DVec3::ZERO, |[low, high]| (low + high) / 2.0);
         let (mut area, mut volume) = (0.0, 0.0);
         for (i, corners) in triangles.iter().enumerate() {
             let repeated = has_repeated_corner(*corners);

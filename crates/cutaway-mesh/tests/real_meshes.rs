@@ -47,7 +47,8 @@ fn balance(name: &str) -> Result<(), Failed> {
     let finders = EventFinder::ALL.map(|finder| MeshEvents::new(Arc::clone(&mesh), finder));
     let mut random = Random(5);
     for i in 0..60_000 {
-        let corners = mesh.corners(random.index(mesh.triangles().len())).map(|c| mesh.origin() + c.as_dvec3());
+        let corners =
+            mesh.corners(random.index(mesh.triangles().len())).map(|c| mesh.origin() + c.as_dvec3());
         let target = match i % 3 {
             0 => low + (random.cube() * 0.6 + 0.5) * (high - low),
             1 => corners[0],

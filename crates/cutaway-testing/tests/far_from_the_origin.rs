@@ -63,7 +63,8 @@ const PLACES: [[f64; 3]; 6] = [
 
 fn stays_the_same(name: &str, gpu: bool, render: Render) {
     let kinds = [ClipKind::File, ClipKind::Moved];
-    for (kind, events) in kinds.into_iter().zip([ClipEvents::Auto, if gpu { ClipEvents::Peel } else { ClipEvents::Bvh }])
+    for (kind, events) in
+        kinds.into_iter().zip([ClipEvents::Auto, if gpu { ClipEvents::Peel } else { ClipEvents::Bvh }])
     {
         let expected = render(&scene(DVec3::ZERO, kind, events));
         let covered = expected.pixels().iter().filter(|p| p[3] > 0.1).count();
@@ -96,14 +97,17 @@ enum ClipKind {
 fn scene(at: DVec3, kind: ClipKind, events: ClipEvents) -> Scene {
     let dimensions = UVec3::new(13, 11, 9);
     let geometry = Geometry::from_spacing(DVec3::new(0.3, 0.4, 0.5));
-    let geometry = Geometry { world_from_voxel: DAffine3::from_translation(at) * geometry.world_from_voxel, ..geometry };
+    let geometry =
+        Geometry { world_from_voxel: DAffine3::from_translation(at) * geometry.world_from_voxel, ..geometry };
     let voxels = (0..dimensions.element_product()).map(|i| (i * 7919 % 101) as f32).collect::<Vec<_>>();
     let volume = Volume::new(dimensions, voxels, Rescale::IDENTITY, geometry).unwrap();
     let cube = shapes::cube();
     let corner = |v: u32| cube.position(v) * DVec3::new(0.9, 1.1, 0.7) + DVec3::new(1.1, 1.7, 0.4);
     let solid = match kind {
         ClipKind::File => mesh_of(&cube, |v| corner(v) + at),
-        ClipKind::Moved => mesh_of(&cube, corner).with_pose(Pose::new(DAffine3::from_translation(at)).unwrap()),
+        ClipKind::Moved => {
+            mesh_of(&cube, corner).with_pose(Pose::new(DAffine3::from_translation(at)).unwrap())
+        }
     };
     let middle = volume.center_in_world();
     let camera = Camera::framing(&volume.corners_in_world(), DVec3::new(0.4, 0.6, 0.5), DVec3::Z, 1.0, 1.0);

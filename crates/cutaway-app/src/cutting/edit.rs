@@ -61,7 +61,7 @@ impl Content {
             Self::Object(ClipSource::Sphere(_)) => "sphere".to_owned(),
             Self::Object(ClipSource::Box(_)) => "box".to_owned(),
             Self::Object(ClipSource::Plane(_)) => "plane".to_owned(),
-            Self::Object(ClipSource::Mesh { path } | ClipSource::Patches { path, .. }) => {
+            Self::Object(ClipSource::Mesh { path, .. } | ClipSource::Patches { path, .. }) => {
                 let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
                 name.to_owned()
             }

@@ -136,7 +136,8 @@ mod tests {
         assert_eq!(hit(&cutting), Some(far));
         cutting.solo = None;
         assert_eq!(hit(&cutting), Some(near));
-        let unread = ClipSource::Mesh { path: "/not/read.ply".to_owned() };
+        let unread =
+            ClipSource::Mesh { path: "/not/read.ply".to_owned(), space: cutaway_io::mesh::MeshSpace::File };
         cutting.get_mut(near).unwrap().content = Content::Object(unread);
         assert_eq!(hit(&cutting), Some(far));
     }

@@ -188,7 +188,10 @@ mod tests {
     fn edited() -> Document {
         let mut document = document();
         let group = document.add_operand(Content::Group(Vec::new())).unwrap();
-        document.add_solid(ClipSource::Mesh { path: "/data/bunny.ply".to_owned() });
+        document.add_solid(ClipSource::Mesh {
+            path: "/data/bunny.ply".to_owned(),
+            space: cutaway_io::mesh::MeshSpace::Lps,
+        });
         let ball = document.add_shape(Shape::Sphere).unwrap().unwrap();
         document.cut("edit", |cutting| {
             cutting.get_mut(group).unwrap().name = "head".to_owned();

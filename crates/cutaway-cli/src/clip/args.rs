@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use cutaway_core::clip::{BufferDepth, ClipEvents, Impregnation, SegmentCount};
+use cutaway_io::mesh::MeshSpace;
 
 use super::shape;
 use crate::values::{self, List, number};
@@ -30,6 +31,10 @@ pub(crate) struct ClipOptions {
     /// it in the volume and scales it to its size
     #[arg(long, value_name = "STEPS")]
     clip_pose: Vec<String>,
+    /// Axes of the meshes of --cut and --probe: lps (converted to RAS), ras, or file (what each file says, otherwise
+    /// unchanged) [file]
+    #[arg(long, value_name = "SPACE", value_parser = values::mesh_space)]
+    pub(crate) mesh_space: Option<MeshSpace>,
     /// Segments of a ray that are used: auto (all) or a number [auto]
     #[arg(long, value_name = "N", value_parser = values::segment_count, allow_hyphen_values = true)]
     pub(crate) segments: Option<SegmentCount>,

@@ -16,6 +16,7 @@ use cutaway_core::volume::Volume;
 use cutaway_io::scene_file::{self, ClipFile, ClipTree, SceneFile, paths};
 
 pub(crate) use args::{ClipArgs, Step};
+use cutaway_io::mesh::MeshSpace;
 use cutaway_io::solids::source_of_file;
 use solids::Solids;
 
@@ -50,7 +51,7 @@ impl PreparedClip {
             // What is wrong with these is to be said of the scene file.
             resolve(clip, &mut solids).with_context(|| path.display().to_string())?;
         }
-        let objects = objects(&args.steps, volume, &mut solids)?;
+        let objects = objects(args, volume, &mut solids)?;
         if in_file.is_none() && objects.is_empty() {
             return Ok(None);
         }
@@ -102,15 +103,16 @@ enum Operation {
 
 /// The objects of the command line in their order, posed, with what is done with them.
 fn objects(
-    steps: &[Step],
+    args: &ClipArgs,
     volume: &Volume,
     solids: &mut Solids,
 ) -> anyhow::Result<Vec<(Operation, ClipTree)>> {
     let mut objects: Vec<(Operation, ClipTree)> = Vec::new();
-    for step in steps {
+    let space = args.options.mesh_space.unwrap_or_default();
+    for step in &args.steps {
         let object = match step {
-            Step::Cut(name) => (Operation::Cut, operand("--cut", name)?),
-            Step::Probe(name) => (Operation::Probe, operand("--probe", name)?),
+            Step::Cut(name) => (Operation::Cut, operand("--cut", name, space)?),
+            Step::Probe(name) => (Operation::Probe, operand("--probe", name, space)?),
             Step::Crop(list) => (Operation::Probe, crop(list, volume)?),
             Step::Plane(list) => (Operation::Probe, numbers("--clip-plane", "plane", list)?),
             Step::Pose(text) => {
@@ -129,13 +131,19 @@ fn objects(
     Ok(objects)
 }
 
-fn operand(option: &str, name: &OsStr) -> anyhow::Result<ClipTree> {
+fn operand(option: &str, name: &OsStr, space: MeshSpace) -> anyhow::Result<ClipTree> {
     if let Some(shape) = shape::parse(name) {
         return shape.map_err(|e| wrong_use(format!("{option}: {e}")));
     }
     match name.to_str() {
         Some("") => Err(wrong_use(format!("{option} is empty; give a file or a shape"))),
-        Some(path) => Ok(Node::Leaf(source_of_file(path.to_owned())).into()),
+        Some(path) => {
+            let mut source = source_of_file(path.to_owned());
+            if let ClipSource::Mesh { space: of_mesh, .. } = &mut source {
+                *of_mesh = space;
+            }
+            Ok(Node::Leaf(source).into())
+        }
         None => {
             let name = name.display();
             Err(anyhow!("{name}: clip expressions hold names in Unicode only; rename the file"))
@@ -188,7 +196,9 @@ mod tests {
 
     #[test]
     fn paths_are_relative_to_the_scene_file() {
-        let mesh: ClipTree = Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned() }).into();
+        let mesh: ClipTree =
+            Node::Leaf(ClipSource::Mesh { path: "meshes/bunny.ply".to_owned(), space: MeshSpace::Lps })
+                .into();
         let here = from_here(&mesh, Path::new("data/scene.json")).unwrap();
         assert_eq!(path(&here), "data/meshes/bunny.ply");
         let prepared = PreparedClip { file: here, clip: Clip::everything(), notices: Vec::new() };

@@ -1,7 +1,10 @@
 //! `cutaway convert`: a mesh in another format, closed or as it is; spline patches as triangles; transfer functions.
 
 use anyhow::Context;
-use cutaway_io::mesh::{MeshFormat, MeshReadOptions, read_mesh, recognize, rounding, write_mesh};
+use cutaway_io::mesh::{
+    MeshFormat, MeshReadOptions, MeshSpace, WrittenSpace, read_mesh, recognize, rounding, states_its_space,
+    write_mesh,
+};
 use cutaway_io::patches;
 use cutaway_io::transfer_function::{self, FunctionFormat, read_transfer_function, write_transfer_function};
 use cutaway_io::volume;
@@ -48,7 +51,16 @@ pub(crate) fn run(args: &ConvertArgs) -> anyhow::Result<()> {
              them in place"
         ));
     }
-    Ok(write_mesh(&args.output, &mesh)?)
+    Ok(write_mesh(&args.output, &mesh, written_space(args))?)
+}
+
+/// The axes of what is written: RAS where those of the input are known.
+fn written_space(args: &ConvertArgs) -> WrittenSpace {
+    let known = match args.mesh_space.unwrap_or_default() {
+        MeshSpace::Ras | MeshSpace::Lps => true,
+        MeshSpace::File => states_its_space(&args.input),
+    };
+    if known { WrittenSpace::Ras } else { WrittenSpace::Unsaid }
 }
 
 /// A transfer function in another format.
@@ -57,6 +69,7 @@ fn convert_function(args: &ConvertArgs, verbosity: Verbosity) -> anyhow::Result<
         ("--repair", args.repair),
         ("--weld-tolerance", args.weld_tolerance.is_some()),
         ("--tolerance", args.tolerance.is_some()),
+        ("--mesh-space", args.mesh_space.is_some()),
     ];
     if let Some((option, _)) = of_meshes.into_iter().find(|(_, given)| *given) {
         return Err(wrong_use(format!(
@@ -90,9 +103,14 @@ fn load(args: &ConvertArgs, verbosity: Verbosity) -> anyhow::Result<TriangleMesh
                 args.input.display()
             )));
         }
-        let loaded = read_mesh(&args.input, &MeshReadOptions::default())?;
+        let space = args.mesh_space.unwrap_or_default();
+        let loaded = read_mesh(&args.input, &MeshReadOptions { space, ..MeshReadOptions::default() })?;
         loaded.notices.iter().for_each(|notice| verbosity.notice(notice));
         return Ok(loaded.value);
+    }
+    if args.mesh_space.is_some() {
+        let file = args.input.display();
+        return Err(wrong_use(format!("--mesh-space is for meshes; {file} holds spline patches")));
     }
     let set = patches::read(&args.input)?;
     let tolerance = args.tolerance.unwrap_or_else(|| set.suggested_tolerance());

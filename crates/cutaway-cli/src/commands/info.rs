@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{function_info, gpu_info, mesh_info, tetrahedra_info};
 use crate::args::InfoArgs;
 use crate::load::{from_argument, function_format, is_mesh};
-use crate::report;
+use crate::report::{self, wrong_use};
 use crate::values::{shown, shown_range};
 
 /// Bins of the histogram.
@@ -50,7 +50,11 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
         return function_info::run(file.as_ref(), format, args.json);
     }
     if is_mesh(file, &args.raw) {
-        return mesh_info::run(file.as_ref(), args.json);
+        return mesh_info::run(file.as_ref(), args.mesh_space.unwrap_or_default(), args.json);
+    }
+    if args.mesh_space.is_some() {
+        let file = file.display();
+        return Err(wrong_use(format!("--mesh-space is for meshes; {file} is not recognized as a mesh")));
     }
     let loaded = from_argument(file, &args.raw)?;
     if let Some(mesh) = loaded.data.grid() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cutaway_core::glam::DVec3;
-use cutaway_io::mesh::{MeshReadOptions, read_mesh, recognize};
+use cutaway_io::mesh::{MeshReadOptions, MeshSpace, read_mesh, recognize};
 use cutaway_mesh::{RepairOptions, Topology, TriangleMesh, repair};
 use serde::Serialize;
 
@@ -52,8 +52,8 @@ struct Repair {
     volume: Option<f64>,
 }
 
-pub(crate) fn run(path: &Path, json: bool) -> anyhow::Result<()> {
-    let loaded = read_mesh(path, &MeshReadOptions::default())?;
+pub(crate) fn run(path: &Path, space: MeshSpace, json: bool) -> anyhow::Result<()> {
+    let loaded = read_mesh(path, &MeshReadOptions { space, ..MeshReadOptions::default() })?;
     let format = recognize(path).map_or("", |format| format.name());
     let info = describe(&path.to_string_lossy(), format, &loaded.value, loaded.notices);
     let text = if json { serde_json::to_string_pretty(&info)? + "\n" } else { text(&info) };

@@ -260,8 +260,7 @@ impl Upload {
         for vertex in 0..part.mesh.vertices().len() as u32 {
             far = far.max(rays.depth_of(scene_from_mesh.transform_point3(part.mesh.position(vertex))));
         }
-        let place =
-            |v: &u32| voxel_from_mesh.transform_point3(part.mesh.position(*v)).as_vec3().to_array();
+        let place = |v: &u32| voxel_from_mesh.transform_point3(part.mesh.position(*v)).as_vec3().to_array();
         let corners: Vec<[f32; 3]> = part.mesh.triangles().iter().flatten().map(place).collect();
         let clip = clip_from_world(scene, size, far);
         let view = ProxyViewUniforms::of_geometry(scene, size, clip);

@@ -4,12 +4,13 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::error::MeshReadError;
+use super::space::{self, Stated};
 use super::stl;
 use crate::volume::error::{quoted, shown_name};
 use crate::volume::source::open_file;
 
 /// Bytes of a file (and of what is inside a gzip file) that [`detect`] wants to see.
-pub(super) const HEAD: u64 = 1024;
+pub(super) const HEAD: u64 = 16 << 10;
 
 /// A kind of mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -75,6 +76,17 @@ pub fn recognize(path: &Path) -> Option<MeshFormat> {
 /// # Errors
 /// [`MeshReadError`]: the file cannot be read, is empty, or is not of a known format.
 pub fn identify(path: &Path) -> Result<MeshFormat, MeshReadError> {
+    Ok(examine(path)?.0)
+}
+
+/// True if the file at `path` says that its coordinates are along RAS or LPS axes.
+pub fn states_its_space(path: &Path) -> bool {
+    let stated = examine(path).map(|(format, head)| space::stated(format, &head));
+    matches!(stated, Ok(Stated::Ras | Stated::Lps))
+}
+
+/// The format of the file at `path`, and its first bytes.
+fn examine(path: &Path) -> Result<(MeshFormat, Vec<u8>), MeshReadError> {
     let file = shown_name(&path.to_string_lossy());
     let source = open_file(path);
     let mut source = source.map_err(|error| MeshReadError::Open { file: file.clone(), error, hint: "" })?;
@@ -82,7 +94,8 @@ pub fn identify(path: &Path) -> Result<MeshFormat, MeshReadError> {
     let (head, inside) = head.map_err(|error| MeshReadError::Io { file: file.clone(), offset: 0, error })?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let length = if inside.is_some() { None } else { Some(source.len()) };
-    detect(&file, &name, inside.as_deref().unwrap_or(&head), length)
+    let head = inside.unwrap_or(head);
+    Ok((detect(&file, &name, &head, length)?, head))
 }
 
 /// The format of a file, from its first bytes (inside, if it is compressed), its name and, where known, its length.

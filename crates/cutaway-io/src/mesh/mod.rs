@@ -15,7 +15,8 @@
 //! every element in a container of its own; gltf adds offsets of hostile files without checking and depends on an image
 //! library for its own reading of buffers. What they would leave to do here is most of what these modules do.
 //!
-//! Coordinates stay as they are (glTF's y axis is up there, too). Vertices are merged only where the format has no
+//! Coordinates stay as they are (glTF's y axis is up there, too), except those of a file that says that they are along LPS
+//! axes: see [`MeshSpace`]. Vertices are merged only where the format has no
 //! way to share them (STL). Whether the surface is closed is [`cutaway_mesh::repair`]'s business.
 //!
 //! ```
@@ -35,6 +36,7 @@ mod gltf;
 mod input;
 mod obj;
 mod ply;
+mod space;
 mod stl;
 mod write;
 
@@ -43,8 +45,9 @@ use std::path::Path;
 use cutaway_mesh::TriangleMesh;
 
 pub use error::MeshReadError;
-pub use format::{MeshFormat, UnknownMeshFormat, identify, recognize};
-pub use write::{MeshWriteError, encode_mesh, rounding, write_mesh};
+pub use format::{MeshFormat, UnknownMeshFormat, identify, recognize, states_its_space};
+pub use space::MeshSpace;
+pub use write::{MeshWriteError, WrittenSpace, encode_mesh, rounding, write_mesh};
 
 use crate::limits::Limits;
 pub use crate::volume::Loaded;
@@ -57,6 +60,8 @@ use input::Input;
 pub struct MeshReadOptions {
     /// How much memory the mesh may need.
     pub limits: Limits,
+    /// The axes that coordinates are along.
+    pub space: MeshSpace,
 }
 
 /// Reads the mesh in the file at `path`.
@@ -101,6 +106,7 @@ fn read_source(
     let length = if inside.is_some() { None } else { Some(source.len()) };
     let format = format::detect(file, name, inside.as_deref().unwrap_or(&head), length)?;
     let text_stl = stl::is_text(inside.as_deref().unwrap_or(&head));
+    let stated = space::stated(format, inside.as_deref().unwrap_or(&head));
     let stream = if inside.is_some() { Stream::gunzip(file, source) } else { Stream::plain(file, source) };
     let mut input = Input::new(stream, options.limits);
     let mesh = match format {
@@ -111,6 +117,8 @@ fn read_source(
         MeshFormat::Gltf => gltf::read(&mut input, folder),
     }?;
     let mut notices = input.into_notices();
+    let (mesh, notice) = space::into_ras(mesh, file, &stated, options.space);
+    notices.extend(notice);
     if mesh.triangles().is_empty() {
         notices.push(format!("the file has no faces (vertices: {})", mesh.vertices().len()));
     }

@@ -39,22 +39,44 @@ pub enum MeshWriteError {
     File(#[from] Box<AtomicWriteError<MeshWriteError>>),
 }
 
+/// What a written file says of its axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WrittenSpace {
+    /// Nothing: the axes are not known.
+    #[default]
+    Unsaid,
+    /// `SPACE=RAS`, as 3D Slicer says it.
+    Ras,
+}
+
+impl WrittenSpace {
+    /// The words that go into the header.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Unsaid => "",
+            Self::Ras => "; SPACE=RAS",
+        }
+    }
+}
+
 /// Writes a mesh; the extension chooses the format: `.ply` (binary, little-endian), `.stl` (binary) or `.obj`.
-pub fn write_mesh(path: &Path, mesh: &TriangleMesh) -> Result<(), MeshWriteError> {
+pub fn write_mesh(path: &Path, mesh: &TriangleMesh, space: WrittenSpace) -> Result<(), MeshWriteError> {
     let format = MeshFormat::to_write(path)?;
-    write_atomically(path, |out| encode_mesh(mesh, format, out)).map_err(|error| Box::new(error).into())
+    write_atomically(path, |out| encode_mesh(mesh, format, space, out))
+        .map_err(|error| Box::new(error).into())
 }
 
 /// Writes a mesh to anything that takes bytes.
 pub fn encode_mesh(
     mesh: &TriangleMesh,
     format: MeshFormat,
+    space: WrittenSpace,
     out: &mut impl Write,
 ) -> Result<(), MeshWriteError> {
     match format {
-        MeshFormat::Ply => Ok(ply(mesh, out)?),
-        MeshFormat::Stl => stl(mesh, out),
-        MeshFormat::Obj => Ok(obj(mesh, out)?),
+        MeshFormat::Ply => Ok(ply(mesh, space, out)?),
+        MeshFormat::Stl => stl(mesh, space, out),
+        MeshFormat::Obj => Ok(obj(mesh, space, out)?),
         MeshFormat::Gltf => Err(MeshWriteError::ReadOnly { format: format.name() }),
     }
 }
@@ -69,7 +91,7 @@ pub fn rounding(mesh: &TriangleMesh) -> f64 {
     (0..mesh.vertices().len() as u32).map(moved).fold(0.0, f64::max)
 }
 
-fn ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
+fn ply(mesh: &TriangleMesh, space: WrittenSpace, out: &mut impl Write) -> io::Result<()> {
     let (vertices, triangles) = (mesh.vertices(), mesh.triangles());
     let single = rounding(mesh) == 0.0;
     let kind = if single { "float" } else { "double" };
@@ -77,8 +99,9 @@ fn ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
     let index = if vertices.len() <= i32::MAX as usize { "int" } else { "uint" };
     write!(
         out,
-        "ply\nformat binary_little_endian 1.0\ncomment written by cutaway\nelement vertex {}\nproperty {kind} x\n\
+        "ply\nformat binary_little_endian 1.0\ncomment written by cutaway{}\nelement vertex {}\nproperty {kind} x\n\
          property {kind} y\nproperty {kind} z\nelement face {}\nproperty list uchar {index} vertex_indices\nend_header\n",
+        space.text(),
         vertices.len(),
         triangles.len()
     )?;
@@ -97,13 +120,13 @@ fn ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-fn stl(mesh: &TriangleMesh, out: &mut impl Write) -> Result<(), MeshWriteError> {
+fn stl(mesh: &TriangleMesh, space: WrittenSpace, out: &mut impl Write) -> Result<(), MeshWriteError> {
     let found = mesh.triangles().len();
     let count = u32::try_from(found).map_err(|_| MeshWriteError::TooManyTriangles { found })?;
     // It must not begin with `solid`.
     let mut header = [b' '; 80];
-    let text = b"binary STL written by cutaway";
-    header[..text.len()].copy_from_slice(text);
+    let text = format!("binary STL written by cutaway{}", space.text());
+    header[..text.len()].copy_from_slice(text.as_bytes());
     out.write_all(&header)?;
     out.write_all(&count.to_le_bytes())?;
     for triangle in 0..found {
@@ -118,8 +141,8 @@ fn stl(mesh: &TriangleMesh, out: &mut impl Write) -> Result<(), MeshWriteError> 
     Ok(())
 }
 
-fn obj(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "# written by cutaway")?;
+fn obj(mesh: &TriangleMesh, space: WrittenSpace, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "# written by cutaway{}", space.text())?;
     let single = rounding(mesh) == 0.0;
     for vertex in 0..mesh.vertices().len() as u32 {
         // The shortest text that is read as the same number.

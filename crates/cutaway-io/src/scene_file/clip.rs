@@ -15,6 +15,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Serialize, Serializer};
 
+use crate::mesh::MeshSpace;
 use cutaway_core::clip::{
     AxisBox, Clip, LARGEST_COORDINATE, Node, Object, ObjectId, Plane, Pose, ShapeError, Solid, Sphere,
 };
@@ -33,6 +34,8 @@ pub enum ClipSource {
     Mesh {
         /// Its file, relative to the scene file.
         path: String,
+        /// The axes that its coordinates are along.
+        space: MeshSpace,
     },
     /// Spline patches.
     Patches {
@@ -56,6 +59,8 @@ pub enum ExternalSolid<'a> {
     Mesh {
         /// The path, as the tree has it.
         path: &'a str,
+        /// The axes that its coordinates are along.
+        space: MeshSpace,
     },
     /// Spline patches.
     Patches {
@@ -70,7 +75,7 @@ impl<'a> ExternalSolid<'a> {
     /// The path, as the tree has it.
     pub fn path(&self) -> &'a str {
         match self {
-            Self::Mesh { path } | Self::Patches { path, .. } => path,
+            Self::Mesh { path, .. } | Self::Patches { path, .. } => path,
         }
     }
 }
@@ -82,7 +87,7 @@ impl ClipSource {
     /// The path of what lies in a file of its own.
     pub fn path_mut(&mut self) -> Option<&mut String> {
         match self {
-            Self::Mesh { path } | Self::Patches { path, .. } => Some(path),
+            Self::Mesh { path, .. } | Self::Patches { path, .. } => Some(path),
             _ => None,
         }
     }
@@ -90,7 +95,7 @@ impl ClipSource {
     /// What lies in a file of its own.
     pub fn external(&self) -> Option<ExternalSolid<'_>> {
         match self {
-            Self::Mesh { path } => Some(ExternalSolid::Mesh { path }),
+            Self::Mesh { path, space } => Some(ExternalSolid::Mesh { path, space: *space }),
             Self::Patches { path, tolerance } => Some(ExternalSolid::Patches { path, tolerance: *tolerance }),
             _ => None,
         }
@@ -99,7 +104,7 @@ impl ClipSource {
     /// The solid; `load` is asked for what lies in a file of its own.
     pub fn solid<E>(&self, load: &mut LoadSolid<'_, E>) -> Result<Arc<dyn Solid>, E> {
         Ok(match self {
-            Self::Mesh { path } => load(ExternalSolid::Mesh { path })?,
+            Self::Mesh { path, space } => load(ExternalSolid::Mesh { path, space: *space })?,
             Self::Patches { path, tolerance } => {
                 load(ExternalSolid::Patches { path, tolerance: *tolerance })?
             }
@@ -187,6 +192,40 @@ struct Fields {
     /// With `patches`: how far triangles may be from them, in their own units; above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<f64>,
+    /// With `mesh`: the axes that its coordinates are along, `ras` or `lps` (which is converted to RAS); without it, what
+    /// the mesh's file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    space: Option<SpaceField>,
+}
+
+/// The axes of a mesh.
+#[derive(Clone, Copy, Serialize, serde::Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum SpaceField {
+    /// Right, anterior, superior.
+    Ras,
+    /// Left, posterior, superior.
+    Lps,
+    /// What the file says.
+    File,
+}
+
+impl SpaceField {
+    fn of(space: MeshSpace) -> Option<Self> {
+        match space {
+            MeshSpace::File => None,
+            MeshSpace::Ras => Some(Self::Ras),
+            MeshSpace::Lps => Some(Self::Lps),
+        }
+    }
+
+    fn space(self) -> MeshSpace {
+        match self {
+            Self::File => MeshSpace::File,
+            Self::Ras => MeshSpace::Ras,
+            Self::Lps => MeshSpace::Lps,
+        }
+    }
 }
 
 /// The names of which a node has exactly one.
@@ -218,11 +257,15 @@ impl Fields {
         if tolerance.is_some() && self.patches.is_none() {
             return Err(format!("`tolerance` belongs to patches; found it beside `{}`", found[0]));
         }
+        if self.space.is_some() && self.mesh.is_none() {
+            return Err(format!("`space` belongs to a mesh; found it beside `{}`", found[0]));
+        }
         let pose = self.pose.map_or(Ok(Pose::IDENTITY), Pose::from_rows).map_err(|e| e.to_string())?;
         let vector = DVec3::from_array;
         let shape = |e: ShapeError| format!("{}: {e}", found[0]);
         let node = if let Some(path) = self.mesh {
-            Node::Leaf(ClipSource::Mesh { path: path_in_file(path, "mesh")? })
+            let space = self.space.map_or(MeshSpace::File, SpaceField::space);
+            Node::Leaf(ClipSource::Mesh { path: path_in_file(path, "mesh")?, space })
         } else if let Some(path) = self.patches {
             let path = path_in_file(path, "patches")?;
             Node::Leaf(ClipSource::Patches { path, tolerance: checked_tolerance(tolerance)? })
@@ -250,7 +293,10 @@ impl Fields {
         match &clip.node {
             // In a place of its own, all of space is still all of space: written as such by the caller.
             Node::Everything => {}
-            Node::Leaf(ClipSource::Mesh { path }) => fields.mesh = Some(path.clone()),
+            Node::Leaf(ClipSource::Mesh { path, space }) => {
+                fields.mesh = Some(path.clone());
+                fields.space = SpaceField::of(*space);
+            }
             Node::Leaf(ClipSource::Patches { path, tolerance }) => {
                 fields.patches = Some(path.clone());
                 fields.tolerance = *tolerance;
@@ -384,7 +430,10 @@ mod tests {
         });
         assert_eq!(
             asked,
-            [r#"Mesh { path: "bunny.ply" }"#, r#"Patches { path: "teapot.json", tolerance: Some(0.01) }"#,]
+            [
+                r#"Mesh { path: "bunny.ply", space: File }"#,
+                r#"Patches { path: "teapot.json", tolerance: Some(0.01) }"#,
+            ]
         );
         let mut ids = Vec::new();
         resolved.unwrap().visit_leaves(&mut |object, _| ids.push(object.id.0));

@@ -19,7 +19,8 @@ fn triangulated(polygon: &[DVec2], to_space: DMat3) -> (Vec<Vec3>, Vec<[u32; 3]>
     });
     let corners: Vec<u32> = corners.collect();
     let mut triangles = Vec::new();
-    let rest = EarClipper::default().clip(corners.clone(), &|v| vertices[v as usize].as_dvec3(), &mut triangles);
+    let rest =
+        EarClipper::default().clip(corners.clone(), &|v| vertices[v as usize].as_dvec3(), &mut triangles);
     assert_eq!(rest, [0; 0], "corners without ears in {polygon:?}");
     assert_eq!(boundary(&triangles), boundary_of(&corners), "every edge once");
     (vertices, triangles)
@@ -141,11 +142,13 @@ fn lines_that_go_out_and_back_have_no_area() {
 fn what_has_no_ears_is_left() {
     let mut triangles = Vec::new();
     let line: Vec<Vec3> = (0..5).map(|i| Vec3::splat(i as f32)).collect();
-    let rest = EarClipper::default().clip(vec![0, 1, 2, 3, 4], &|v| line[v as usize].as_dvec3(), &mut triangles);
+    let rest =
+        EarClipper::default().clip(vec![0, 1, 2, 3, 4], &|v| line[v as usize].as_dvec3(), &mut triangles);
     assert_eq!((rest.len(), triangles.len()), (5, 0));
     // Once around and across: both loops of a figure of eight.
     let eight = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
-    let rest = EarClipper::default().clip(vec![0, 1, 2, 3], &|v| eight[v as usize].as_dvec3(), &mut triangles);
+    let rest =
+        EarClipper::default().clip(vec![0, 1, 2, 3], &|v| eight[v as usize].as_dvec3(), &mut triangles);
     assert_eq!(rest.len() + triangles.len(), 4, "{rest:?} {triangles:?}");
 }
 

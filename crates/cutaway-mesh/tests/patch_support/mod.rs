@@ -73,8 +73,8 @@ pub(crate) fn volume(mesh: &TriangleMesh) -> f64 {
 
 /// How far a point is from a mesh.
 pub(crate) fn distance(mesh: &TriangleMesh, p: DVec3) -> f64 {
-    let distances =
-        (0..mesh.triangles().len()).map(|t| to_triangle(p, mesh.corners(t).map(|v| mesh.origin() + v.as_dvec3())));
+    let distances = (0..mesh.triangles().len())
+        .map(|t| to_triangle(p, mesh.corners(t).map(|v| mesh.origin() + v.as_dvec3())));
     distances.fold(f64::INFINITY, f64::min)
 }
 

@@ -145,7 +145,7 @@ fn shape(ui: &mut Ui, document: &mut Document, id: OperandId, source: &ClipSourc
             let tolerance = Some(within).filter(|within| *within > 0.0);
             changed.then(|| Ok(ClipSource::Patches { path: path.clone(), tolerance }))
         }
-        ClipSource::Mesh { path } => {
+        ClipSource::Mesh { path, .. } => {
             ui.label("File");
             ui.add(egui::Label::new(path.as_str()).truncate());
             ui.end_row();
