@@ -5,7 +5,7 @@
 //! [`RaycastRenderer::render_with`](crate::RaycastRenderer::render_with).
 
 use bytemuck::{Pod, Zeroable};
-use cutaway_core::glam::{DAffine3, DVec3};
+use cutaway_core::glam::DAffine3;
 use cutaway_core::scene::Scene;
 use cutaway_mesh::TriangleMesh;
 

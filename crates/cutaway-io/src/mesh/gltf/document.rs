@@ -185,7 +185,11 @@ impl Document {
     pub(super) fn size_of(&self, mesh: &Mesh) -> (u64, u64) {
         let count_of = |accessor: Option<u64>| {
             let accessor = accessor.and_then(|index| self.accessors.get(usize::try_from(index).ok()?));
-            accessor.map_or(0, |accessor| accessor.count)
+            let Some(accessor) = accessor else { return 0 };
+            let view =
+                accessor.buffer_view.and_then(|index| self.buffer_views.get(usize::try_from(index).ok()?));
+            // A view that is too short is an error of its own.
+            view.map_or(accessor.count, |view| accessor.count.min(view.byte_length))
         };
         mesh.primitives.iter().fold((0, 0), |(vertices, triangles): (u64, u64), primitive| {
             let of_positions = count_of(primitive.attributes.position);
