@@ -214,7 +214,8 @@ fn numbers_pose_and_shape_the_selected_one() {
 #[test]
 fn a_mesh_that_is_not_read_yet_says_so() {
     let mut harness = harness();
-    let source = ClipSource::Mesh { path: "/data/bunny.ply".to_owned() };
+    let source =
+        ClipSource::Mesh { path: "/data/bunny.ply".to_owned(), space: cutaway_io::mesh::MeshSpace::File };
     harness.state_mut().document.add_solid(source.clone());
     harness.run();
     assert_eq!(names(&harness), ["bunny.ply"]);
