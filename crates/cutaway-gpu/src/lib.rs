@@ -22,6 +22,7 @@
 pub mod cells;
 mod classification;
 mod clipping;
+mod clock;
 pub mod context;
 mod error;
 mod frame;
@@ -40,7 +41,7 @@ pub use classification::GpuClassification;
 pub use clipping::{ClipLayer, ClipStatistics, PeelSettings};
 pub use context::{Gpu, GpuOptions};
 pub use error::GpuError;
-pub use frame::{FetchCounts, ShownFrame};
+pub use frame::{FetchCounts, Pending, ShownFrame};
 pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};

@@ -8,7 +8,7 @@ use cutaway_core::image::Image;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::scene::{ImageInterpolation, RenderSettings, Scene};
 use cutaway_gpu::{
-    CellOptions, CellRenderer, Extras, Gpu, GpuError, RaycastRenderer, ShownFrame, SliceRenderer,
+    CellOptions, CellRenderer, Extras, Gpu, GpuError, Pending, RaycastRenderer, ShownFrame, SliceRenderer,
 };
 use cutaway_testing::gpus::{self, there_is_an_adapter};
 use cutaway_testing::scenes::{SMALL, framed, oblique_noise, soft};
@@ -24,11 +24,66 @@ fn main() {
     let arguments = Arguments::from_args();
     let there = there_is_an_adapter();
     let engines: [(&str, Engine); 3] = [("raycast", raycast), ("slices", slices), ("cells", cells)];
-    let trials = engines.map(|(name, engine)| {
+    let mut trials: Vec<Trial> = Vec::new();
+    trials.extend(engines.map(|(name, engine)| {
         let test = move || every_finish(name, engine);
         Trial::test(format!("{name}_shows_what_it_renders"), test).with_ignored_flag(!there)
-    });
-    libtest_mimic::run(&arguments, trials.into()).exit();
+    }));
+    trials.push(Trial::test("submitted_frames_wait_for_nobody", submitted).with_ignored_flag(!there));
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// Two frames are submitted before the outcome of either is learnt, the later one's first; both are what `render` returns.
+fn submitted() -> Result<(), Failed> {
+    let gpu = gpus::best()?.gpu().clone();
+    let volume = oblique_noise(UVec3::new(21, 17, 13), 3);
+    let function = soft(volume.value_range());
+    let settings = RenderSettings { resolution: SMALL, ..RenderSettings::default() };
+    let lights = [Lighting::default(), Lighting { shade: false, ..Lighting::default() }];
+    let scenes = lights.map(|light| framed(&volume, &function, light, settings.clone()));
+    let quiet = &|_: f32| {};
+
+    let engine = RaycastRenderer::new(&gpu)?;
+    let prepared = engine.prepare(&volume)?;
+    let classes = engine.classify(&prepared, &scenes[0])?;
+    let submit = |scene: &Scene| engine.submit(&prepared, &classes, scene, &Extras::default(), quiet);
+    outcomes("raycast", &scenes, submit, |scene| engine.render(&prepared, &classes, scene, quiet))?;
+
+    let engine = SliceRenderer::new(&gpu)?;
+    let prepared = engine.prepare(&volume)?;
+    let classes = engine.classify(&prepared, &scenes[0])?;
+    let submit = |scene: &Scene| engine.submit(&prepared, &classes, scene, None, quiet);
+    outcomes("slices", &scenes, submit, |scene| engine.render(&prepared, &classes, scene, quiet))?;
+
+    let engine = CellRenderer::new(&gpu, CellOptions::default())?;
+    let prepared = engine.prepare(&volume)?;
+    let classes = engine.classify(&prepared, &scenes[0])?;
+    let submit = |scene: &Scene| engine.submit(&prepared, &classes, scene, None, quiet);
+    outcomes("cells", &scenes, submit, |scene| engine.render(&prepared, &classes, scene, quiet))
+}
+
+fn outcomes<S>(
+    name: &str,
+    scenes: &[Scene; 2],
+    submit: impl Fn(&Scene) -> Result<Pending<S>, GpuError>,
+    render: impl Fn(&Scene) -> Result<(Image, S), GpuError>,
+) -> Result<(), Failed> {
+    let [first, second] = [submit(&scenes[0])?, submit(&scenes[1])?];
+    let second = second.outcome()?.0;
+    // The device works in order.
+    if !first.is_there()? {
+        return Err(format!("{name}: the first frame is not there, and the second one is").into());
+    }
+    let first = first.outcome()?.0;
+    if first.pixels() == second.pixels() {
+        return Err(format!("{name}: both scenes look alike").into());
+    }
+    for (scene, found) in scenes.iter().zip([&first, &second]) {
+        if render(scene)?.0.pixels() != found.pixels() {
+            return Err(format!("{name}: a submitted frame is not what is rendered").into());
+        }
+    }
+    Ok(())
 }
 
 /// Whole images, and those that are filled in or blurred before they are shown.

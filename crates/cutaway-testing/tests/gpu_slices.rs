@@ -59,7 +59,7 @@ fn main() {
             trial.with_ignored_flag(!there || !is_there(name))
         })
         .collect();
-    let others: [(&str, Check); 12] = [
+    let others: [(&str, Check); 13] = [
         ("every_mode_and_view", every_mode_and_view),
         ("every_curve_and_gradient", every_curve_and_gradient),
         ("a_uniform_volume_is_exact_at_any_step", a_uniform_volume_is_exact_at_any_step),
@@ -72,6 +72,7 @@ fn main() {
             "pre_integrated_slabs_stand_steps_of_the_function",
             pre_integrated_slabs_stand_steps_of_the_function,
         ),
+        ("light_within_a_slab_takes_no_colour_away", light_within_a_slab_takes_no_colour_away),
         ("any_unit_of_length_gives_the_same_image", any_unit_of_length_gives_the_same_image),
         ("depths_are_where_opacity_is", depths_are_where_opacity_is),
         ("what_cannot_be_is_an_error_that_says_so", what_cannot_be_is_an_error_that_says_so),
@@ -410,6 +411,31 @@ fn pre_integrated_slabs_stand_steps_of_the_function(renderer: &SliceRenderer) ->
     println!("by the middle {by_middle:.5}, pre-integrated {integrated:.5}");
     if integrated > 0.01 || integrated > 0.2 * by_middle {
         return Err(format!("pre-integrated: {integrated}, by the value in the middle: {by_middle}").into());
+    }
+    Ok(())
+}
+
+/// Light that changes within a slab is extrapolated to its ends, where it may be none, but never less.
+fn light_within_a_slab_takes_no_colour_away(renderer: &SliceRenderer) -> Result<(), Failed> {
+    let volume = oblique_noise(UVec3::new(15, 13, 11), 9);
+    let [lo, hi] = volume.value_range();
+    let function = TransferFunction::new(vec![point(lo, [1.0; 3], 0.8), point(hi, [1.0; 3], 0.9)])?;
+    let lighting = Lighting {
+        ambient: 0.0,
+        diffuse: 1.0,
+        specular: 0.0,
+        diffuse_curve: DiffuseCurve::Clamped,
+        light: Some([1.0, -0.5, 2.0]),
+        ..Lighting::default()
+    };
+    // One slab, or two: nothing lies over what is taken away.
+    let settings = RenderSettings { step: 12.0, pre_integration: true, ..settings(Mode::Composite, &volume) };
+    let image = slices(&framed(&volume, &function, lighting, settings), renderer).0;
+    let colors = || image.pixels().iter().flat_map(|pixel| pixel[..3].iter().copied());
+    let (least, most) = (colors().fold(f32::MAX, f32::min), colors().fold(f32::MIN, f32::max));
+    println!("colours from {least} to {most}");
+    if least < 0.0 || most < 0.3 {
+        return Err(format!("colours from {least} to {most}").into());
     }
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! What the draws of a frame share, whether of a grid or of a mesh.
 
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 use super::pipelines::Pipelines;
 use super::variant::Variant;
+use crate::clock::Moment;
 use crate::context::Gpu;
 use crate::error::GpuError;
 
@@ -26,7 +26,7 @@ pub(super) struct Drawing<'a> {
 /// Setting up and drawing, one after the other.
 #[derive(Debug)]
 pub(super) struct Timing {
-    pub(super) since: Instant,
+    pub(super) since: Moment,
     pub(super) setup_ms: f64,
     pub(super) draw_ms: f64,
 }
@@ -47,7 +47,7 @@ impl Drawing<'_> {
 
     pub(super) fn restart(&self) {
         if let Some(timing) = self.timing {
-            timing.lock().unwrap_or_else(PoisonError::into_inner).since = Instant::now();
+            timing.lock().unwrap_or_else(PoisonError::into_inner).since = Moment::now();
         }
     }
 
@@ -56,9 +56,9 @@ impl Drawing<'_> {
         let Some(timing) = self.timing else { return Ok(()) };
         self.gpu.finish()?;
         let mut timing = timing.lock().unwrap_or_else(PoisonError::into_inner);
-        let passed = timing.since.elapsed().as_secs_f64() * 1e3;
+        let passed = timing.since.milliseconds();
         *to(&mut timing) += passed;
-        timing.since = Instant::now();
+        timing.since = Moment::now();
         Ok(())
     }
 

@@ -40,7 +40,6 @@ mod view;
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::Image;
@@ -50,11 +49,12 @@ use cutaway_core::volume::Volume;
 
 use crate::classification::GpuClassification;
 use crate::clipping::{ClipStatistics, Clipping, PeelSettings};
+use crate::clock::Moment;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::{
-    Finished, Finisher, FrameUniforms, Lattice, PreparedVolume, Progress, RayPlane, ShownFrame, Targets,
-    read_colors,
+    Finished, Finisher, FrameUniforms, Lattice, Pending, PreparedVolume, Progress, RayPlane, ShownFrame,
+    Targets,
 };
 use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
@@ -234,9 +234,21 @@ impl CellRenderer {
         cancel: Option<&AtomicBool>,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, CellStatistics), GpuError> {
+        self.submit(cells, classification, scene, cancel, progress)?.outcome()
+    }
+
+    /// The first half of [`Self::render_with`]: hands a frame to the device and does not wait for its last part.
+    pub fn submit(
+        &self,
+        cells: &PreparedCells,
+        classification: &CellClassification,
+        scene: &Scene,
+        cancel: Option<&AtomicBool>,
+        progress: &dyn Fn(f32),
+    ) -> Result<Pending<CellStatistics>, GpuError> {
         let progress = Progress::new(progress, cancel);
         self.drawn(cells, classification, scene, &progress, |finished, statistics| {
-            Ok((read_colors(&self.gpu, &finished.textures[0])?, statistics))
+            Pending::of_colors(&self.gpu, finished, statistics)
         })
     }
 
@@ -331,7 +343,7 @@ impl CellRenderer {
             ]
         })?;
         self.clear(targets, &target)?;
-        let timing = Mutex::new(Timing { since: Instant::now(), setup_ms: 0.0, draw_ms: 0.0 });
+        let timing = Mutex::new(Timing { since: Moment::now(), setup_ms: 0.0, draw_ms: 0.0 });
         if self.options.timed {
             gpu.finish()?;
         }

@@ -27,11 +27,10 @@ mod mesh;
 mod peel;
 mod sweep;
 
-use std::time::Instant;
-
 use cutaway_core::clip::{ClipEvents, FlatClip};
 use cutaway_core::scene::Scene;
 
+use crate::clock::Moment;
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::{FrameUniforms, RayPlane};
@@ -89,7 +88,7 @@ impl Clipping {
         scene: &Scene,
         uniforms: &FrameUniforms,
     ) -> Result<ClipStatistics, GpuError> {
-        let begun = Instant::now();
+        let begun = Moment::now();
         let size = uniforms.resolution;
         let view = ClipCamera::new(RayPlane::new(scene, size), size);
         let clip = GpuClip::new(gpu, clip, &view, &mut self.meshes)?;
@@ -118,7 +117,7 @@ impl Clipping {
             layers,
             repaired: counts.repaired.into(),
             uploaded: clip.uploaded,
-            milliseconds: begun.elapsed().as_secs_f64() * 1e3,
+            milliseconds: begun.milliseconds(),
         })
     }
 

@@ -5,6 +5,7 @@
 //! tests on one machine see all of them.
 
 mod adapter;
+mod arrival;
 mod capabilities;
 pub(crate) mod filter;
 mod filter_errors;
@@ -14,10 +15,11 @@ mod options;
 mod stopwatch;
 
 pub use adapter::{AdapterChoice, AdapterSummary, adapters};
+pub(crate) use arrival::Arrival;
 #[cfg(test)]
 pub(crate) use capabilities::all_capabilities;
 pub use capabilities::{Capabilities, Fallbacks, Filtering};
 pub use filter_errors::FilterErrors;
 pub use gpu::Gpu;
 pub use options::{GpuOptions, Oversize};
-pub(crate) use stopwatch::Stopwatch;
+pub(crate) use stopwatch::{PendingTime, Stopwatch};

@@ -1,5 +1,6 @@
 //! How long the device worked on passes, where it can tell.
 
+use super::arrival::Arrival;
 use super::gpu::Gpu;
 use crate::error::GpuError;
 
@@ -8,7 +9,6 @@ use crate::error::GpuError;
 pub(crate) struct Stopwatch {
     times: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    mapped: wgpu::Buffer,
     /// Milliseconds of a tick.
     tick: f64,
 }
@@ -34,7 +34,7 @@ impl Stopwatch {
         };
         gpu.checked("a stopwatch", || {
             let kind = wgpu::QueryType::Timestamp;
-            let (to, from) = (wgpu::BufferUsages::COPY_DST, wgpu::BufferUsages::COPY_SRC);
+            let from = wgpu::BufferUsages::COPY_SRC;
             Some(Self {
                 times: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
                     label: Some("stopwatch"),
@@ -42,7 +42,6 @@ impl Stopwatch {
                     count: 2,
                 }),
                 resolved: buffer("times", wgpu::BufferUsages::QUERY_RESOLVE | from),
-                mapped: buffer("times on their way", wgpu::BufferUsages::MAP_READ | to),
                 tick: f64::from(gpu.queue().get_timestamp_period()) * 1e-6,
             })
         })
@@ -57,26 +56,43 @@ impl Stopwatch {
         })
     }
 
-    /// Milliseconds between the two times, when the device is done with the passes that wrote them; waits for that.
-    pub(crate) fn milliseconds(&self, gpu: &Gpu) -> Result<f64, GpuError> {
-        let what = "reading the stopwatch";
-        gpu.checked(what, || {
+    /// Has the two times read once the device is done with the passes that wrote them.
+    pub(crate) fn submit(&self, gpu: &Gpu) -> Result<PendingTime, GpuError> {
+        let mapped = gpu.checked(WHAT, || {
+            let mapped = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                label: Some("times on their way"),
+                size: BYTES,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.resolve_query_set(&self.times, 0..2, &self.resolved, 0);
-            encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.mapped, 0, BYTES);
+            encoder.copy_buffer_to_buffer(&self.resolved, 0, &mapped, 0, BYTES);
             gpu.queue().submit([encoder.finish()]);
+            mapped
         })?;
-        self.mapped.map_async(wgpu::MapMode::Read, .., |_| {});
-        gpu.finish()?;
-        let ticks = {
-            let mapped = self
-                .mapped
-                .get_mapped_range(..)
-                .map_err(|e| GpuError::Refused { what: what.to_owned(), reason: e.to_string() })?;
-            let times: [u64; 2] = bytemuck::pod_read_unaligned(&mapped);
-            times[1].saturating_sub(times[0])
-        };
-        self.mapped.unmap();
-        Ok(ticks as f64 * self.tick)
+        Ok(PendingTime { times: Arrival::of(mapped, WHAT), tick: self.tick })
+    }
+}
+
+const WHAT: &str = "reading the stopwatch";
+
+/// Two times on their way to the host.
+#[derive(Debug)]
+pub(crate) struct PendingTime {
+    times: Arrival,
+    tick: f64,
+}
+
+impl PendingTime {
+    /// Whether they are there.
+    pub(crate) fn is_there(&self) -> bool {
+        self.times.is_there()
+    }
+
+    /// Milliseconds between them, to be asked for once they are there.
+    pub(crate) fn milliseconds(self) -> Result<f64, GpuError> {
+        let [first, last]: [u64; 2] = self.times.bytes(bytemuck::pod_read_unaligned)?;
+        Ok(last.saturating_sub(first) as f64 * self.tick)
     }
 }

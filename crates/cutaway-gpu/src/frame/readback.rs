@@ -4,7 +4,7 @@ use cutaway_core::image::Image;
 
 use super::fetches::FetchCounts;
 use super::targets::NO_DEPTH;
-use crate::context::Gpu;
+use crate::context::{Arrival, Gpu};
 use crate::error::GpuError;
 
 /// What came back.
@@ -29,45 +29,77 @@ pub(crate) struct Taken {
     pub(crate) skipped_fraction: f64,
 }
 
-/// Copies a frame (colours, depths, and counts, which may be of fewer pixels) to the host and waits for it.
-pub(crate) fn read(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> Result<Read, GpuError> {
-    let (width, height) = (colors.width(), colors.height());
-    let counted = [counts.width(), counts.height()];
-    let [colors, depths, counts] = copies(gpu, [colors, depths, counts])?;
-    let pixels = colors.texels()?;
-    let mut depths: Vec<f32> = depths.texels()?;
-    for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
-        *depth = f32::INFINITY;
-    }
-    let counts: Vec<PixelCounts> = counts.texels()?.iter().map(PixelCounts::unpacked).collect();
-    let taken = sum(&counts);
-    let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
-    let image = Image::new(width, height, pixels).and_then(|image| image.with_depth(depths));
-    Ok(Read { image: image.expect(CHECKED), taken, fetches })
+/// A frame on its way to the host.
+#[derive(Debug)]
+pub(crate) struct Reading {
+    size: [u32; 2],
+    colors: Copy,
+    rest: Option<DepthsAndCounts>,
 }
 
-/// Copies colours alone to the host and waits for them.
-pub(crate) fn read_colors(gpu: &Gpu, colors: &wgpu::Texture) -> Result<Image, GpuError> {
-    let [copied] = copies(gpu, [colors])?;
-    Ok(Image::new(colors.width(), colors.height(), copied.texels()?).expect(CHECKED))
+#[derive(Debug)]
+struct DepthsAndCounts {
+    depths: Copy,
+    counts: Copy,
+    /// Rays along x and y.
+    counted: [u32; 2],
+}
+
+impl Reading {
+    /// Submits the copies of a frame: colours, depths, and counts, which may be of fewer pixels.
+    pub(crate) fn begin(gpu: &Gpu, [colors, depths, counts]: &[wgpu::Texture; 3]) -> Result<Self, GpuError> {
+        let size = [colors.width(), colors.height()];
+        let counted = [counts.width(), counts.height()];
+        let [colors, depths, counts] = copies(gpu, [colors, depths, counts])?;
+        Ok(Self { size, colors, rest: Some(DepthsAndCounts { depths, counts, counted }) })
+    }
+
+    /// Submits the copy of colours alone.
+    pub(crate) fn begin_colors(gpu: &Gpu, colors: &wgpu::Texture) -> Result<Self, GpuError> {
+        let size = [colors.width(), colors.height()];
+        let [colors] = copies(gpu, [colors])?;
+        Ok(Self { size, colors, rest: None })
+    }
+
+    /// Whether all of it is there.
+    pub(crate) fn is_there(&self) -> bool {
+        let rest = self.rest.iter().flat_map(|rest| [&rest.depths, &rest.counts]);
+        rest.chain([&self.colors]).all(|copy| copy.arrival.is_there())
+    }
+
+    /// What came back, to be called once it is there.
+    pub(crate) fn read(self) -> Result<Read, GpuError> {
+        let [width, height] = self.size;
+        let image = Image::new(width, height, self.colors.texels()?);
+        let Some(DepthsAndCounts { depths, counts, counted }) = self.rest else {
+            let fetches = FetchCounts::new([0; 2], Vec::new());
+            return Ok(Read { image: image.expect(CHECKED), taken: Taken::default(), fetches });
+        };
+        let mut depths: Vec<f32> = depths.texels()?;
+        for depth in depths.iter_mut().filter(|d| **d >= NO_DEPTH) {
+            *depth = f32::INFINITY;
+        }
+        let counts: Vec<PixelCounts> = counts.texels()?.iter().map(PixelCounts::unpacked).collect();
+        let fetches = FetchCounts::new(counted, counts.iter().map(|c| c.samples).collect());
+        let image = image.and_then(|image| image.with_depth(depths));
+        Ok(Read { image: image.expect(CHECKED), taken: sum(&counts), fetches })
+    }
 }
 
 const CHECKED: &str = "one pixel a fragment of a size that the scene has checked";
 
-/// Copies textures to where the host can read them, and waits.
+/// Submits the copies of textures to where the host can read them.
 fn copies<const N: usize>(gpu: &Gpu, textures: [&wgpu::Texture; N]) -> Result<[Copy; N], GpuError> {
-    let copies = gpu.checked("reading the image", || {
+    let copies = gpu.checked(WHAT, || {
         let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copies = textures.map(|texture| copy(gpu, &mut encoder, texture));
         gpu.queue().submit([encoder.finish()]);
         copies
     })?;
-    for copy in &copies {
-        copy.buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-    }
-    gpu.finish()?;
-    Ok(copies)
+    Ok(copies.map(|(buffer, row, padded_row)| Copy { arrival: Arrival::of(buffer, WHAT), row, padded_row }))
 }
+
+const WHAT: &str = "reading the image";
 
 /// What a pixel's ray took: `packed_counts` of `pixel.wgsl`, unpacked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,13 +132,19 @@ fn sum(counts: &[PixelCounts]) -> Taken {
 }
 
 /// A texture on its way to the host.
+#[derive(Debug)]
 struct Copy {
-    buffer: wgpu::Buffer,
+    arrival: Arrival,
     row: usize,
     padded_row: usize,
 }
 
-fn copy(gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) -> Copy {
+/// A buffer that a texture is copied to, and the bytes of a row: those of texels, and all.
+fn copy(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+) -> (wgpu::Buffer, usize, usize) {
     let size = texture.size();
     let row = size.width * texture.format().block_copy_size(None).unwrap_or(16);
     let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -123,22 +161,20 @@ fn copy(gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) 
         wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
         size,
     );
-    Copy { buffer, row: row as usize, padded_row: padded_row as usize }
+    (buffer, row as usize, padded_row as usize)
 }
 
 impl Copy {
     /// Rows without their padding.
     fn texels<T: bytemuck::Pod>(&self) -> Result<Vec<T>, GpuError> {
-        let mapped = self
-            .buffer
-            .get_mapped_range(..)
-            .map_err(|e| GpuError::Refused { what: "reading the image".to_owned(), reason: e.to_string() })?;
-        let rows = mapped.len() / self.padded_row;
-        let mut texels = Vec::with_capacity(rows * self.row / size_of::<T>());
-        for row in mapped.chunks(self.padded_row) {
-            texels.extend_from_slice(bytemuck::cast_slice(&row[..self.row]));
-        }
-        Ok(texels)
+        self.arrival.bytes(|mapped| {
+            let rows = mapped.len() / self.padded_row;
+            let mut texels = Vec::with_capacity(rows * self.row / size_of::<T>());
+            for row in mapped.chunks(self.padded_row) {
+                texels.extend_from_slice(bytemuck::cast_slice(&row[..self.row]));
+            }
+            texels
+        })
     }
 }
 

@@ -19,8 +19,8 @@ use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
 pub use crate::frame::PreparedVolume;
 use crate::frame::{
-    FORMATS, FetchCounts, Finished, Finisher, FrameUniforms, GpuDirections, Inputs, Lattice, Progress, Read,
-    ShownFrame, Targets, cost_of_step, read, tiles,
+    FORMATS, FetchCounts, Finished, Finisher, FrameUniforms, GpuDirections, Inputs, Lattice, Pending,
+    Progress, ShownFrame, Taken, Targets, cost_of_step, tiles,
 };
 use crate::geometry::{GeometryPipelines, OpaqueGeometry, OpaquePart};
 use crate::proxy::{
@@ -54,6 +54,20 @@ pub struct Statistics {
     pub gpu_ms: Option<f64>,
 }
 
+impl Statistics {
+    /// With what is known once a frame is there.
+    fn completed(self, taken: Taken, gpu_ms: Option<f64>) -> Self {
+        Self {
+            rays: taken.rays,
+            samples: taken.samples,
+            segments: taken.stretches,
+            skipped_fraction: taken.skipped_fraction,
+            gpu_ms,
+            ..self
+        }
+    }
+}
+
 /// Pipelines on a device.
 #[derive(Debug)]
 pub struct RaycastRenderer {
@@ -79,13 +93,6 @@ pub struct Extras<'a> {
     pub wireframe: Option<[f32; 3]>,
     /// Once it is set, the frame ends between two tiles, as [`GpuError::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
-}
-
-/// A frame that came back.
-struct Rendered {
-    image: Image,
-    statistics: Statistics,
-    fetches: FetchCounts,
 }
 
 /// What a frame took before it is read or shown.
@@ -177,8 +184,25 @@ impl RaycastRenderer {
         extras: &Extras,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
-        let frame = self.frame(volume, classification, scene, extras, progress)?;
-        Ok((frame.image, frame.statistics))
+        self.submit(volume, classification, scene, extras, progress)?.outcome()
+    }
+
+    /// The first half of [`Self::render_with`]: hands a frame to the device and does not wait for it.
+    pub fn submit(
+        &self,
+        volume: &PreparedVolume,
+        classification: &GpuClassification,
+        scene: &Scene,
+        extras: &Extras,
+        progress: &dyn Fn(f32),
+    ) -> Result<Pending<Statistics>, GpuError> {
+        self.drawn(volume, classification, scene, extras, progress, |finished, drawn| {
+            let time = self.stopwatch.as_ref().map(|watch| watch.submit(&self.gpu)).transpose()?;
+            let statistics =
+                Statistics { gpu_bytes: drawn.gpu_bytes, clip: drawn.clip, ..Statistics::default() };
+            let pending = Pending::new(&self.gpu, finished, time, statistics, Statistics::completed)?;
+            Ok(pending.with_depth_unit(scene.normalised().space().unit))
+        })
     }
 
     /// Renders a frame as [`Self::render`] does, for what each ray of it took, and all of them.
@@ -189,8 +213,9 @@ impl RaycastRenderer {
         scene: &Scene,
         progress: &dyn Fn(f32),
     ) -> Result<(FetchCounts, Statistics), GpuError> {
-        let frame = self.frame(volume, classification, scene, &Extras::default(), progress)?;
-        Ok((frame.fetches, frame.statistics))
+        let pending = self.submit(volume, classification, scene, &Extras::default(), progress)?;
+        let (_, fetches, statistics) = pending.all()?;
+        Ok((fetches, statistics))
     }
 
     /// Renders a frame as [`Self::render_with`] does, for a window drawn with the same device: nothing is copied to the
@@ -204,30 +229,6 @@ impl RaycastRenderer {
     ) -> Result<ShownFrame, GpuError> {
         self.drawn(volume, classification, scene, extras, &|_| {}, |finished, drawn| {
             self.finisher.show(&self.gpu, finished, drawn.gpu_bytes)
-        })
-    }
-
-    fn frame(
-        &self,
-        volume: &PreparedVolume,
-        classification: &GpuClassification,
-        scene: &Scene,
-        extras: &Extras,
-        progress: &dyn Fn(f32),
-    ) -> Result<Rendered, GpuError> {
-        self.drawn(volume, classification, scene, extras, progress, |finished, drawn| {
-            let Read { image, taken, fetches } = read(&self.gpu, &finished.textures)?;
-            let statistics = Statistics {
-                rays: taken.rays,
-                samples: taken.samples,
-                segments: taken.stretches,
-                gpu_bytes: drawn.gpu_bytes,
-                skipped_fraction: taken.skipped_fraction,
-                clip: drawn.clip,
-                gpu_ms: self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?,
-            };
-            let image = image.with_depth_unit(scene.normalised().space().unit);
-            Ok(Rendered { image, statistics, fetches })
         })
     }
 

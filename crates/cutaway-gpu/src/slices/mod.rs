@@ -21,6 +21,7 @@ mod intersection;
 mod octree;
 mod pipelines;
 mod planes;
+mod prepared;
 mod targets;
 
 use std::ops::Range;
@@ -39,15 +40,11 @@ use crate::classification::{GpuClassification, visible};
 use crate::clipping::{ClipStatistics, Clipping};
 use crate::context::{Gpu, Stopwatch};
 use crate::error::GpuError;
-use crate::frame::Inputs;
-use crate::frame::Progress;
 use crate::frame::{
-    self, Finished, Finisher, FrameUniforms, GpuDirections, Lattice, SAMPLES_AT_ONCE, ShownFrame, Targets,
-    cost_of_step,
+    self, Finished, Finisher, FrameUniforms, GpuDirections, Inputs, Lattice, Pending, Progress,
+    SAMPLES_AT_ONCE, ShownFrame, Targets, cost_of_step,
 };
-use crate::notice::Notice;
 use crate::ranges::BlockPipelines;
-use crate::volume::GpuVolume;
 use octree::{Brick, Octree};
 #[cfg(test)]
 pub(crate) use pipelines::{DEVELOP_SHADER, SHADER};
@@ -55,35 +52,8 @@ use pipelines::{Made, Pipelines, Variant};
 use planes::Planes;
 #[cfg(test)]
 pub(crate) use planes::{BrickRecord, SliceUniforms};
+pub use prepared::{PreparedVolume, SliceClassification, Statistics};
 use targets::SliceTargets;
-
-/// What a frame took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
-    /// Pixels in which something is.
-    pub rays: u64,
-    /// Bricks of which something can be visible.
-    pub bricks: u64,
-    /// The share of all bricks that they are not, 0..=1.
-    pub skipped_fraction: f64,
-    /// Boxes that were drawn, each in one call: bricks, or several that are visible together.
-    pub boxes: u64,
-    /// Polygons, over all boxes.
-    pub slices: u64,
-    /// Bytes on the device: volume, ranges of blocks, tables, targets, clip.
-    pub gpu_bytes: u64,
-    /// What clipping took; nothing where there is none.
-    pub clip: ClipStatistics,
-    /// Milliseconds of blending on the device's own clock; none where it has no timestamps.
-    pub gpu_ms: Option<f64>,
-}
-
-impl Statistics {
-    /// Triangles that were drawn, some of them without area: four a polygon.
-    pub fn triangles(&self) -> u64 {
-        4 * self.slices
-    }
-}
 
 /// Pipelines on a device.
 #[derive(Debug)]
@@ -95,44 +65,6 @@ pub struct SliceRenderer {
     clip: Mutex<Clipping>,
     targets: Mutex<Option<(Targets, SliceTargets)>>,
     stopwatch: Option<Stopwatch>,
-}
-
-/// A volume made ready: on the device, and what is in its blocks.
-#[derive(Debug)]
-pub struct PreparedVolume {
-    on_device: frame::PreparedVolume,
-    /// Known to the host, which decides what is drawn; none where the volume has them.
-    ranges: Option<ValueRanges>,
-}
-
-impl PreparedVolume {
-    fn ranges(&self) -> Option<&ValueRanges> {
-        self.on_device.voxels().host_ranges().or(self.ranges.as_ref())
-    }
-
-    /// The voxels on the device.
-    pub fn voxels(&self) -> &GpuVolume {
-        self.on_device.voxels()
-    }
-
-    /// What was substituted so that it fits.
-    pub fn notices(&self) -> Vec<Notice> {
-        self.on_device.notices()
-    }
-}
-
-/// Tables and the octree of one scene's transfer function, mode, step, clip and size of bricks.
-#[derive(Debug)]
-pub struct SliceClassification {
-    on_device: GpuClassification,
-    octree: Octree,
-}
-
-impl SliceClassification {
-    /// Bricks that there are, and those of which something can be visible.
-    pub fn brick_counts(&self) -> [u64; 2] {
-        [self.octree.brick_count(), self.octree.visible_count()]
-    }
 }
 
 /// A box to draw: its vertices begin at six times its place in the list.
@@ -227,13 +159,29 @@ impl SliceRenderer {
         cancel: Option<&AtomicBool>,
         progress: &dyn Fn(f32),
     ) -> Result<(Image, Statistics), GpuError> {
+        self.submit(volume, classification, scene, cancel, progress)?.outcome()
+    }
+
+    /// The first half of [`Self::render_with`]: hands a frame to the device and does not wait for it.
+    pub fn submit(
+        &self,
+        volume: &PreparedVolume,
+        classification: &SliceClassification,
+        scene: &Scene,
+        cancel: Option<&AtomicBool>,
+        progress: &dyn Fn(f32),
+    ) -> Result<Pending<Statistics>, GpuError> {
         let progress = Progress::new(progress, cancel);
         self.drawn(volume, classification, scene, &progress, |finished, drawn| {
-            let read = frame::read(&self.gpu, &finished.textures)?;
-            let gpu_ms = self.stopwatch.as_ref().map(|watch| watch.milliseconds(&self.gpu)).transpose()?;
-            let statistics = Statistics { rays: read.taken.rays, gpu_ms, ..drawn };
-            let image = without_false_depths(read.image, scene);
-            Ok((image.with_depth_unit(scene.normalised().space().unit), statistics))
+            let time = self.stopwatch.as_ref().map(|watch| watch.submit(&self.gpu)).transpose()?;
+            let pending = Pending::new(&self.gpu, finished, time, drawn, Statistics::completed)?;
+            // Where extreme values are is not known.
+            let extreme = matches!(scene.settings().mode, Mode::Mip | Mode::Minip);
+            Ok(if extreme {
+                pending.without_depth()
+            } else {
+                pending.with_depth_unit(scene.normalised().space().unit)
+            })
         })
     }
 
@@ -477,14 +425,6 @@ fn batches(drawn: &[DrawnBox], fragments_at_once: f64) -> Vec<Vec<(u32, Range<u3
         }
     }
     batches
-}
-
-/// Where extreme values are is not known.
-fn without_false_depths(image: Image, scene: &Scene) -> Image {
-    match scene.settings().mode {
-        Mode::Mip | Mode::Minip => image.without_depth(),
-        Mode::Composite | Mode::Mean | Mode::Iso => image,
-    }
 }
 
 #[cfg(test)]
