@@ -5,6 +5,10 @@ use super::sampling::{GpuDirections, SamplingBindings, SamplingInputs};
 use super::uniforms::FrameUniforms;
 use crate::classification::GpuClassification;
 use crate::context::Gpu;
+use crate::plumbing::{
+    FRAGMENT, UNIFORM, VERTEX, bind_in_order, floats, group_layout, group_layout_of, sampler, storage,
+    texture,
+};
 use crate::ranges::GpuRanges;
 use crate::volume::{GpuVolume, Resident};
 
@@ -75,12 +79,7 @@ impl SceneBindings {
         let filterable = inputs.volume.texels().filterable(gpu.capabilities());
         let uniforms = gpu.buffer("frame", bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM);
         let bind = |group: usize, resources: &[wgpu::BindingResource]| {
-            let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-                .zip(resources)
-                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-                .collect();
-            let layout = &self.layouts[usize::from(filterable)][group];
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+            bind_in_order(device, &self.layouts[usize::from(filterable)][group], resources)
         };
         let scene = bind(
             0,
@@ -135,52 +134,18 @@ impl Nothing {
 }
 
 fn bind_group_layouts(device: &wgpu::Device, filterable: bool) -> [wgpu::BindGroupLayout; 2] {
-    let texture = |dimension, filterable| wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable },
-        view_dimension: dimension,
-        multisampled: false,
-    };
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let words = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-    let sampler =
-        if filterable { wgpu::SamplerBindingType::Filtering } else { wgpu::SamplerBindingType::NonFiltering };
-    let make = |label, types: &[wgpu::BindingType]| {
-        let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
-            .zip(types)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: match ty {
-                    // Where rays are is asked for by vertices, too.
-                    wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, .. } => {
-                        wgpu::ShaderStages::VERTEX_FRAGMENT
-                    }
-                    _ => wgpu::ShaderStages::FRAGMENT,
-                },
-                ty: *ty,
-                count: None,
-            })
-            .collect();
-        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(label),
-            entries: &entries,
-        })
-    };
-    let scene = make(
-        "scene",
-        &[
-            buffer(wgpu::BufferBindingType::Uniform),
-            texture(wgpu::TextureViewDimension::D3, filterable),
-            wgpu::BindingType::Sampler(sampler),
-            words,
-            words,
-            wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D3,
-                multisampled: false,
-            },
-            words,
-        ],
-    );
-    let image = make("image", &[texture(wgpu::TextureViewDimension::D2, false), words, words]);
-    [scene, image]
+    use wgpu::TextureViewDimension::{D2, D3};
+    let words = storage(true);
+    // Where rays are is asked for by vertices, too.
+    let scene = [
+        (0, VERTEX | FRAGMENT, UNIFORM),
+        (1, FRAGMENT, floats(filterable, D3)),
+        (2, FRAGMENT, sampler(filterable)),
+        (3, FRAGMENT, words),
+        (4, FRAGMENT, words),
+        (5, FRAGMENT, texture(wgpu::TextureSampleType::Uint, D3)),
+        (6, FRAGMENT, words),
+    ];
+    let image = [floats(false, D2), words, words];
+    [group_layout(device, "scene", &scene), group_layout_of(device, "image", FRAGMENT, &image)]
 }

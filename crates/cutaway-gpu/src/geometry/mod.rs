@@ -13,6 +13,7 @@ use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::FrameUniforms;
 use crate::frame::clip_from_world;
+use crate::plumbing::{FRAGMENT, UNIFORM, VERTEX, bind_in_order, floats, group_layout_of, pipeline_layout};
 use crate::proxy::ProxyViewUniforms;
 use crate::shaders::{Shader, shader};
 
@@ -91,31 +92,11 @@ impl GeometryPipelines {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         gpu.checked("the pipelines of opaque geometry", || {
             let device = gpu.device();
-            let uniform = |binding| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            };
-            let texture = |binding| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            };
-            let layout = |entries: &[wgpu::BindGroupLayoutEntry]| {
-                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries })
-            };
-            let (frame, view) = (layout(&[uniform(0)]), layout(&[uniform(0), uniform(1)]));
-            let textures = layout(&[0, 1, 2, 3].map(texture));
+            let layout =
+                |stages, types: &[wgpu::BindingType]| group_layout_of(device, "geometry", stages, types);
+            let both = VERTEX | FRAGMENT;
+            let (frame, view) = (layout(both, &[UNIFORM]), layout(both, &[UNIFORM; 2]));
+            let textures = layout(FRAGMENT, &[floats(false, wgpu::TextureViewDimension::D2); 4]);
             let corner = wgpu::VertexBufferLayout {
                 array_stride: 12,
                 step_mode: wgpu::VertexStepMode::Vertex,
@@ -295,11 +276,7 @@ fn pipeline(
 ) -> wgpu::RenderPipeline {
     let module = shader.module(device);
     let layouts: Vec<_> = layouts.iter().map(|l| Some(*l)).collect();
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(fragment),
-        bind_group_layouts: &layouts,
-        immediate_size: 0,
-    });
+    let layout = pipeline_layout(device, fragment, &layouts);
     let (corner, depth_stencil) = surface.unzip();
     let buffers: Vec<_> = corner.into_iter().map(Some).collect();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -355,14 +332,5 @@ fn bind(
     group: u32,
     resources: &[wgpu::BindingResource],
 ) -> wgpu::BindGroup {
-    let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    let layout = pipeline.get_bind_group_layout(group);
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &layout,
-        entries: &entries,
-    })
+    bind_in_order(gpu.device(), &pipeline.get_bind_group_layout(group), resources)
 }

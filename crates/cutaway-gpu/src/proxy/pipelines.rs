@@ -4,6 +4,10 @@ use super::uniforms::Gathering;
 use super::{CELLS_SHADER, RANGE_SHADER, VIEW_SHADER};
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{
+    COMPUTE, FRAGMENT, UNIFORM, VERTEX, bind_in_order, compute_pipeline, floats, group_layout,
+    pipeline_layout, storage, texture,
+};
 
 /// What distances are gathered in; see [`Gathering`].
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
@@ -44,19 +48,15 @@ impl ProxyPipelines {
     }
 
     fn make(device: &wgpu::Device, gathering: Gathering, line_format: wgpu::TextureFormat) -> Self {
-        let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
-        let fragment = wgpu::ShaderStages::FRAGMENT;
-        let compute = wgpu::ShaderStages::COMPUTE;
-        let uniform = buffer(wgpu::BufferBindingType::Uniform);
-        let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-        let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
-        let float = texture(wgpu::TextureSampleType::Float { filterable: false });
-        let uint = texture(wgpu::TextureSampleType::Uint);
+        let (both, fragment, compute) = (VERTEX | FRAGMENT, FRAGMENT, COMPUTE);
+        let (uniform, read, write) = (UNIFORM, storage(true), storage(false));
+        let flat = wgpu::TextureViewDimension::D2;
+        let (float, uint) = (floats(false, flat), texture(wgpu::TextureSampleType::Uint, flat));
         let layout = |types: &[(wgpu::ShaderStages, wgpu::BindingType)]| layout(device, types);
         let build_layout = layout(&[uniform, read, write, write, write, write].map(|ty| (compute, ty)));
         let frame_layout = layout(&[(both, uniform)]);
-        let view_layout = layout(&[(both, uniform), (wgpu::ShaderStages::VERTEX, read)]);
-        let lines_layout = layout(&[(both, uniform), (wgpu::ShaderStages::VERTEX, read), (fragment, float)]);
+        let view_layout = layout(&[(both, uniform), (VERTEX, read)]);
+        let lines_layout = layout(&[(both, uniform), (VERTEX, read), (fragment, float)]);
         let range_layout = layout(&[uniform, float, float, float, uint, read].map(|ty| (fragment, ty)));
         let view = VIEW_SHADER.module(device);
         let gather = match gathering {
@@ -148,15 +148,15 @@ impl ProxyPipelines {
     }
 
     pub(crate) fn bind_build(&self, gpu: &Gpu, buffers: [&wgpu::Buffer; 6]) -> wgpu::BindGroup {
-        bind(gpu, &self.build_layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+        bind_in_order(gpu.device(), &self.build_layout, &buffers.map(wgpu::Buffer::as_entire_binding))
     }
 
     pub(crate) fn bind_frame(&self, gpu: &Gpu, frame: &wgpu::Buffer) -> wgpu::BindGroup {
-        bind(gpu, &self.frame_layout, &[frame.as_entire_binding()])
+        bind_in_order(gpu.device(), &self.frame_layout, &[frame.as_entire_binding()])
     }
 
     pub(crate) fn bind_view(&self, gpu: &Gpu, view: &wgpu::Buffer, quads: &wgpu::Buffer) -> wgpu::BindGroup {
-        bind(gpu, &self.view_layout, &[view.as_entire_binding(), quads.as_entire_binding()])
+        bind_in_order(gpu.device(), &self.view_layout, &[view.as_entire_binding(), quads.as_entire_binding()])
     }
 
     pub(crate) fn bind_lines(
@@ -167,7 +167,11 @@ impl ProxyPipelines {
         depths: &wgpu::TextureView,
     ) -> wgpu::BindGroup {
         let depths = wgpu::BindingResource::TextureView(depths);
-        bind(gpu, &self.lines_layout, &[view.as_entire_binding(), quads.as_entire_binding(), depths])
+        bind_in_order(
+            gpu.device(),
+            &self.lines_layout,
+            &[view.as_entire_binding(), quads.as_entire_binding(), depths],
+        )
     }
 
     /// `textures`: of opaque geometry, nearest, farthest, inside.
@@ -181,7 +185,7 @@ impl ProxyPipelines {
         let [opaque, nearest, farthest, inside] = textures.map(wgpu::BindingResource::TextureView);
         let resources =
             [limits.as_entire_binding(), opaque, nearest, farthest, inside, boxes.as_entire_binding()];
-        bind(gpu, &self.range_layout, &resources)
+        bind_in_order(gpu.device(), &self.range_layout, &resources)
     }
 }
 
@@ -212,11 +216,7 @@ struct Drawing<'a> {
 impl Drawing<'_> {
     fn pipeline(self, device: &wgpu::Device) -> wgpu::RenderPipeline {
         let layouts: Vec<_> = self.layouts.iter().map(|l| Some(*l)).collect();
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(self.entries[1]),
-            bind_group_layouts: &layouts,
-            immediate_size: 0,
-        });
+        let layout = pipeline_layout(device, self.entries[1], &layouts);
         let topology = match self.lines {
             true => wgpu::PrimitiveTopology::LineList,
             false => wgpu::PrimitiveTopology::TriangleList,
@@ -281,52 +281,12 @@ fn sorting(
 
 fn compute_pipelines(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> [wgpu::ComputePipeline; 3] {
     let module = CELLS_SHADER.module(device);
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("proxy cells"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    ["find_boxes", "add_quads", "finish"].map(|entry| {
-        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry),
-            layout: Some(&layout),
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        })
-    })
-}
-
-fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
-}
-
-fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
-    wgpu::BindingType::Texture {
-        sample_type,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    }
+    ["find_boxes", "add_quads", "finish"]
+        .map(|entry| compute_pipeline(device, &module, entry, &[Some(layout)], &[]))
 }
 
 fn layout(device: &wgpu::Device, types: &[(wgpu::ShaderStages, wgpu::BindingType)]) -> wgpu::BindGroupLayout {
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
-        .zip(types)
-        .map(|(binding, (visibility, ty))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: *visibility,
-            ty: *ty,
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
-}
-
-fn bind(gpu: &Gpu, layout: &wgpu::BindGroupLayout, resources: &[wgpu::BindingResource]) -> wgpu::BindGroup {
-    let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    let bindings: Vec<_> =
+        (0u32..).zip(types).map(|(binding, (stages, ty))| (binding, *stages, *ty)).collect();
+    group_layout(device, "proxy", &bindings)
 }

@@ -8,7 +8,7 @@ use cutaway_core::scene::{Mode, Scene, SpaceSkipping};
 use crate::context::{Capabilities, Filtering, Gpu};
 use crate::error::GpuError;
 use crate::frame::{FORMATS, Inputs, SamplingVariant, SceneBindings, diffuse_curve};
-use crate::plumbing::flag;
+use crate::plumbing::{RenderSetup, flag, render_pipeline};
 use crate::shaders::{Shader, shader};
 
 /// The linked shader.
@@ -112,33 +112,10 @@ impl Pipelines {
 
     fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
         let groups = self.bindings.layouts(variant.filterable).map(Some);
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("raycast"),
-            bind_group_layouts: &groups,
-            immediate_size: 0,
-        });
         let constants = variant.constants();
-        let compilation = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("raycast"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &self.shader,
-                entry_point: Some("whole_image"),
-                compilation_options: compilation.clone(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.shader,
-                entry_point: Some("cast_pixel"),
-                compilation_options: compilation,
-                targets: &FORMATS.map(|format| Some(format.into())),
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
+        let targets = FORMATS.map(|format| Some(format.into()));
+        let setup =
+            RenderSetup { label: "raycast", groups: &groups, constants: &constants, targets: &targets };
+        render_pipeline(device, &self.shader, ["whole_image", "cast_pixel"], &setup)
     }
 }

@@ -5,6 +5,9 @@ use bytemuck::{Pod, Zeroable};
 use crate::context::Gpu;
 use crate::error::GpuError;
 use crate::frame::targets::tiles;
+use crate::plumbing::{
+    FRAGMENT, RenderSetup, UNIFORM, bind_in_order, floats, group_layout_of, render_pipeline, storage,
+};
 use crate::shaders::{Shader, shader};
 
 /// The linked shaders.
@@ -72,19 +75,13 @@ fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
 
 impl Passes {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-        let uniform = buffer(wgpu::BufferBindingType::Uniform);
-        let weights = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-        let pixels = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
+        let weights = storage(true);
+        let pixels = floats(false, wgpu::TextureViewDimension::D2);
         let (color, depth) = (wgpu::TextureFormat::Rgba32Float, wgpu::TextureFormat::R32Float);
         Self {
-            fill: Pass::new(device, FILL_SHADER, "fill_pixel", [uniform, pixels, pixels], &[color, depth]),
-            blur: Pass::new(device, BLUR_SHADER, "blur_pixel", [uniform, pixels, weights], &[color]),
-            show: Pass::new(device, BLUR_SHADER, "blur_pixel", [uniform, pixels, weights], &[SHOWN]),
+            fill: Pass::new(device, FILL_SHADER, "fill_pixel", [UNIFORM, pixels, pixels], &[color, depth]),
+            blur: Pass::new(device, BLUR_SHADER, "blur_pixel", [UNIFORM, pixels, weights], &[color]),
+            show: Pass::new(device, BLUR_SHADER, "blur_pixel", [UNIFORM, pixels, weights], &[SHOWN]),
         }
     }
 
@@ -138,47 +135,12 @@ impl Pass {
         formats: &[wgpu::TextureFormat],
     ) -> Self {
         let module = shader.module(device);
-        let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
-            .zip(types)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty,
-                count: None,
-            })
-            .collect();
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(entry_point),
-            entries: &entries,
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(entry_point),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let layout = group_layout_of(device, entry_point, FRAGMENT, &types);
         let targets: Vec<Option<wgpu::ColorTargetState>> =
             formats.iter().map(|f| Some((*f).into())).collect();
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(entry_point),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("whole_image"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let setup =
+            RenderSetup { label: entry_point, groups: &[Some(&layout)], constants: &[], targets: &targets };
+        let pipeline = render_pipeline(device, &module, ["whole_image", entry_point], &setup);
         Self { layout, pipeline }
     }
 
@@ -201,15 +163,7 @@ impl Pass {
     }
 
     fn bind(&self, gpu: &Gpu, resources: [wgpu::BindingResource; 3]) -> wgpu::BindGroup {
-        let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &entries,
-        })
+        bind_in_order(gpu.device(), &self.layout, &resources)
     }
 
     /// Draws into every pixel of `to`, of which each costs about so many `fetches`.

@@ -5,6 +5,7 @@ use cutaway_core::blue_noise;
 use super::directions::GpuDirections;
 use super::tables::GpuPreintegration;
 use crate::context::Gpu;
+use crate::plumbing::{FRAGMENT, bind_in_order, floats, group_layout_of, sampler, storage};
 
 /// The layout of the group, and what is bound where a scene needs nothing.
 #[derive(Debug)]
@@ -66,49 +67,14 @@ impl SamplingBindings {
             wgpu::BindingResource::TextureView(directions),
             wgpu::BindingResource::Sampler(&self.sampler),
         ];
-        let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("sampling"),
-            layout: &self.layout,
-            entries: &entries,
-        })
+        bind_in_order(gpu.device(), &self.layout, &resources)
     }
 }
 
 fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let table = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Storage { read_only: true },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let texture = |view_dimension, filterable| wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable },
-        view_dimension,
-        multisampled: false,
-    };
-    let types = [
-        table,
-        table,
-        texture(wgpu::TextureViewDimension::D2, false),
-        texture(wgpu::TextureViewDimension::D3, true),
-        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-    ];
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
-        .zip(types)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("sampling"),
-        entries: &entries,
-    })
+    use wgpu::TextureViewDimension::{D2, D3};
+    let types = [storage(true), storage(true), floats(false, D2), floats(true, D3), sampler(true)];
+    group_layout_of(device, "sampling", FRAGMENT, &types)
 }
 
 /// One byte a texel in 2D, four of a direction in 3D.

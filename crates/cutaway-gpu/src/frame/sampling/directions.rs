@@ -7,6 +7,7 @@ use cutaway_core::volume::Volume;
 
 use crate::context::Gpu;
 use crate::error::GpuError;
+use crate::plumbing::{COMPUTE, UNIFORM, bind_in_order, compute_pipeline, floats, group_layout_of};
 use crate::shaders::{Shader, shader};
 use crate::volume::GpuVolume;
 
@@ -97,49 +98,14 @@ fn vanishing_difference(source: &Volume, volume: &GpuVolume) -> f32 {
 
 fn pipeline(device: &wgpu::Device) -> wgpu::ComputePipeline {
     let module = DIRECTIONS_SHADER.module(device);
-    let types = [
-        wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D3,
-            multisampled: false,
-        },
-        wgpu::BindingType::StorageTexture {
-            access: wgpu::StorageTextureAccess::WriteOnly,
-            format: FORMAT,
-            view_dimension: wgpu::TextureViewDimension::D3,
-        },
-    ];
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
-        .zip(types)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty,
-            count: None,
-        })
-        .collect();
-    let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("directions"),
-        entries: &entries,
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("directions"),
-        bind_group_layouts: &[Some(&group)],
-        immediate_size: 0,
-    });
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("directions"),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some("find_directions"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    })
+    let written = wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format: FORMAT,
+        view_dimension: wgpu::TextureViewDimension::D3,
+    };
+    let types = [UNIFORM, floats(false, wgpu::TextureViewDimension::D3), written];
+    let group = group_layout_of(device, "directions", COMPUTE, &types);
+    compute_pipeline(device, &module, "find_directions", &[Some(&group)], &[])
 }
 
 fn dispatch(
@@ -151,15 +117,10 @@ fn dispatch(
 ) {
     let device = gpu.device();
     let slab = gpu.buffer("slab", bytemuck::bytes_of(&slab), wgpu::BufferUsages::UNIFORM);
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("directions"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: slab.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(source) },
-            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(target) },
-        ],
-    });
+    let views = [source, target].map(wgpu::BindingResource::TextureView);
+    let [source, target] = views;
+    let resources = [slab.as_entire_binding(), source, target];
+    let group = bind_in_order(device, &pipeline.get_bind_group_layout(0), &resources);
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
