@@ -45,7 +45,7 @@ pub use frame::{FetchCounts, Pending, ShownFrame};
 pub use geometry::{OpaqueGeometry, OpaquePart};
 pub use notice::Notice;
 pub use proxy::{ProxyCounts, ProxyOptions};
-pub use raycast::{Extras, RaycastRenderer, Statistics};
+pub use raycast::{Extras, RaycastRenderer, RaycastStatistics};
 #[cfg(feature = "watch-shaders")]
 pub use shaders::ShaderWatch;
 pub use slices::SliceRenderer;

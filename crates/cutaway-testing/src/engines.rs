@@ -20,7 +20,7 @@ pub fn cpu(scene: &Scene, simd: SimdChoice, threads: usize) -> (Image, Statistic
 ///
 /// # Panics
 /// If anything fails.
-pub fn raycast(scene: &Scene, renderer: &RaycastRenderer) -> (Image, cutaway_gpu::Statistics) {
+pub fn raycast(scene: &Scene, renderer: &RaycastRenderer) -> (Image, cutaway_gpu::RaycastStatistics) {
     let volume = renderer.prepare(scene.volume()).expect("a volume that fits");
     let classification = renderer.classify(&volume, scene).expect("tables that fit");
     renderer.render(&volume, &classification, scene, &|_| {}).expect("a frame")
@@ -30,7 +30,7 @@ pub fn raycast(scene: &Scene, renderer: &RaycastRenderer) -> (Image, cutaway_gpu
 ///
 /// # Panics
 /// If anything fails.
-pub fn slices(scene: &Scene, renderer: &SliceRenderer) -> (Image, slices::Statistics) {
+pub fn slices(scene: &Scene, renderer: &SliceRenderer) -> (Image, slices::SliceStatistics) {
     let volume = renderer.prepare(scene.volume()).expect("a volume that fits");
     let classification = renderer.classify(&volume, scene).expect("a mode that slices have");
     renderer.render(&volume, &classification, scene, &|_| {}).expect("a frame")

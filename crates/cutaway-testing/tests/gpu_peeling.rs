@@ -15,7 +15,7 @@ use cutaway_core::lighting::Lighting;
 use cutaway_core::reference;
 use cutaway_core::scene::{Layer, Mode, RenderSettings, Scene};
 use cutaway_core::volume::Volume;
-use cutaway_gpu::{ClipLayer, GpuError, PeelSettings, RaycastRenderer, Statistics};
+use cutaway_gpu::{ClipLayer, GpuError, PeelSettings, RaycastRenderer, RaycastStatistics};
 use cutaway_mesh::{EventFinder, MeshSolid, PixelEvents, TileEvents, TileRect, TriangleMesh, shapes};
 use cutaway_testing::gpus;
 use cutaway_testing::scenes::{SMALL, framed, oblique_noise, soft};
@@ -131,7 +131,7 @@ fn scene(volume: &Volume, clip: &Clip, settings: RenderSettings) -> Scene {
     scene.with_clip(clip, ClipShading::default()).unwrap()
 }
 
-fn render(renderer: &RaycastRenderer, scene: &Scene) -> Result<(Image, Statistics), GpuError> {
+fn render(renderer: &RaycastRenderer, scene: &Scene) -> Result<(Image, RaycastStatistics), GpuError> {
     let volume = renderer.prepare(scene.volume())?;
     let classification = renderer.classify(&volume, scene)?;
     renderer.render(&volume, &classification, scene, &|_| {})

@@ -15,7 +15,7 @@ use cutaway_core::space::WorldFrame;
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_gpu::context::Fallbacks;
-use cutaway_gpu::{Extras, Gpu, GpuOptions, OpaquePart, ProxyOptions, RaycastRenderer, Statistics};
+use cutaway_gpu::{Extras, Gpu, GpuOptions, OpaquePart, ProxyOptions, RaycastRenderer, RaycastStatistics};
 use cutaway_io::volume::{ReadOptions, read_volume};
 use cutaway_mesh::TriangleMesh;
 use cutaway_mesh::shapes::icosphere;
@@ -194,7 +194,7 @@ fn scene(volume: &Volume, camera: &Camera, settings: RenderSettings) -> Scene {
         .expect("a valid scene")
 }
 
-fn render(renderer: &RaycastRenderer, scene: &Scene) -> Result<(Image, Statistics), Failed> {
+fn render(renderer: &RaycastRenderer, scene: &Scene) -> Result<(Image, RaycastStatistics), Failed> {
     let volume = renderer.prepare(scene.volume())?;
     let classification = renderer.classify(&volume, scene)?;
     Ok(renderer.render(&volume, &classification, scene, &|_| {})?)

@@ -7,7 +7,7 @@ use cutaway_core::lighting::Lighting;
 use cutaway_core::scene::{Mode, RenderSettings, Sampling, Scene, SpaceSkipping};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::Volume;
-use cutaway_gpu::Statistics;
+use cutaway_gpu::RaycastStatistics;
 use cutaway_gpu::context::{Fallbacks, Filtering};
 use cutaway_testing::engines::raycast;
 use cutaway_testing::gpus::{best, renderer, there_is_an_adapter};
@@ -106,7 +106,7 @@ fn with_and_without(
     settings: &RenderSettings,
     what: &str,
     (set, fallbacks): &(&'static str, Fallbacks),
-) -> Result<[Statistics; 2], Failed> {
+) -> Result<[RaycastStatistics; 2], Failed> {
     let gpu = renderer(set, fallbacks)?;
     let [with, without] = [SpaceSkipping::Auto, SpaceSkipping::Off].map(|space_skipping| {
         raycast(&scene(volume, shade, RenderSettings { space_skipping, ..settings.clone() }), &gpu)

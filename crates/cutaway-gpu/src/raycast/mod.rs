@@ -35,7 +35,7 @@ use pipelines::{Pipelines, Variant};
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
+pub struct RaycastStatistics {
     /// Rays that met something.
     pub rays: u64,
     /// Values of the field that were taken: texture fetches, where the adapter filters; cells looked at, for isosurfaces.
@@ -54,7 +54,7 @@ pub struct Statistics {
     pub gpu_ms: Option<f64>,
 }
 
-impl Statistics {
+impl RaycastStatistics {
     /// With what is known once a frame is there.
     fn completed(self, taken: Taken, gpu_ms: Option<f64>) -> Self {
         Self {
@@ -171,7 +171,7 @@ impl RaycastRenderer {
         classification: &GpuClassification,
         scene: &Scene,
         progress: &dyn Fn(f32),
-    ) -> Result<(Image, Statistics), GpuError> {
+    ) -> Result<(Image, RaycastStatistics), GpuError> {
         self.render_with(volume, classification, scene, &Extras::default(), progress)
     }
 
@@ -183,7 +183,7 @@ impl RaycastRenderer {
         scene: &Scene,
         extras: &Extras,
         progress: &dyn Fn(f32),
-    ) -> Result<(Image, Statistics), GpuError> {
+    ) -> Result<(Image, RaycastStatistics), GpuError> {
         self.submit(volume, classification, scene, extras, progress)?.outcome()
     }
 
@@ -195,12 +195,15 @@ impl RaycastRenderer {
         scene: &Scene,
         extras: &Extras,
         progress: &dyn Fn(f32),
-    ) -> Result<Pending<Statistics>, GpuError> {
+    ) -> Result<Pending<RaycastStatistics>, GpuError> {
         self.drawn(volume, classification, scene, extras, progress, |finished, drawn| {
             let time = self.stopwatch.as_ref().map(|watch| watch.submit(&self.gpu)).transpose()?;
-            let statistics =
-                Statistics { gpu_bytes: drawn.gpu_bytes, clip: drawn.clip, ..Statistics::default() };
-            let pending = Pending::new(&self.gpu, finished, time, statistics, Statistics::completed)?;
+            let statistics = RaycastStatistics {
+                gpu_bytes: drawn.gpu_bytes,
+                clip: drawn.clip,
+                ..RaycastStatistics::default()
+            };
+            let pending = Pending::new(&self.gpu, finished, time, statistics, RaycastStatistics::completed)?;
             Ok(pending.with_depth_unit(scene.normalised().space().unit))
         })
     }
@@ -212,7 +215,7 @@ impl RaycastRenderer {
         classification: &GpuClassification,
         scene: &Scene,
         progress: &dyn Fn(f32),
-    ) -> Result<(FetchCounts, Statistics), GpuError> {
+    ) -> Result<(FetchCounts, RaycastStatistics), GpuError> {
         let pending = self.submit(volume, classification, scene, &Extras::default(), progress)?;
         let (_, fetches, statistics) = pending.all()?;
         Ok((fetches, statistics))

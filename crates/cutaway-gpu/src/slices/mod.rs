@@ -52,7 +52,7 @@ use pipelines::{Made, Pipelines, Variant};
 use planes::Planes;
 #[cfg(test)]
 pub(crate) use planes::{BrickRecord, SliceUniforms};
-pub use prepared::{PreparedVolume, SliceClassification, Statistics};
+pub use prepared::{PreparedSlices, SliceClassification, SliceStatistics};
 use targets::SliceTargets;
 
 /// Pipelines on a device.
@@ -120,14 +120,14 @@ impl SliceRenderer {
     }
 
     /// Makes a volume ready: uploads it, and finds the ranges of its blocks.
-    pub fn prepare(&self, volume: &Volume) -> Result<PreparedVolume, GpuError> {
+    pub fn prepare(&self, volume: &Volume) -> Result<PreparedSlices, GpuError> {
         let on_device = frame::PreparedVolume::new(&self.gpu, &self.blocks, volume)?;
         let ranges = on_device.voxels().host_ranges().is_none().then(|| ValueRanges::new(volume));
-        Ok(PreparedVolume { on_device, ranges })
+        Ok(PreparedSlices { on_device, ranges })
     }
 
     /// Classifies a prepared volume for a scene.
-    pub fn classify(&self, volume: &PreparedVolume, scene: &Scene) -> Result<SliceClassification, GpuError> {
+    pub fn classify(&self, volume: &PreparedSlices, scene: &Scene) -> Result<SliceClassification, GpuError> {
         if scene.settings().mode == Mode::Iso {
             return Err(GpuError::NoIsosurfaces);
         }
@@ -142,39 +142,39 @@ impl SliceRenderer {
     /// image, 0..=1.
     pub fn render(
         &self,
-        volume: &PreparedVolume,
+        volume: &PreparedSlices,
         classification: &SliceClassification,
         scene: &Scene,
         progress: &dyn Fn(f32),
-    ) -> Result<(Image, Statistics), GpuError> {
+    ) -> Result<(Image, SliceStatistics), GpuError> {
         self.render_with(volume, classification, scene, None, progress)
     }
 
     /// As [`Self::render`]; once `cancel` is set, the frame ends between two batches of slices, as [`GpuError::Cancelled`].
     pub fn render_with(
         &self,
-        volume: &PreparedVolume,
+        volume: &PreparedSlices,
         classification: &SliceClassification,
         scene: &Scene,
         cancel: Option<&AtomicBool>,
         progress: &dyn Fn(f32),
-    ) -> Result<(Image, Statistics), GpuError> {
+    ) -> Result<(Image, SliceStatistics), GpuError> {
         self.submit(volume, classification, scene, cancel, progress)?.outcome()
     }
 
     /// The first half of [`Self::render_with`]: hands a frame to the device and does not wait for it.
     pub fn submit(
         &self,
-        volume: &PreparedVolume,
+        volume: &PreparedSlices,
         classification: &SliceClassification,
         scene: &Scene,
         cancel: Option<&AtomicBool>,
         progress: &dyn Fn(f32),
-    ) -> Result<Pending<Statistics>, GpuError> {
+    ) -> Result<Pending<SliceStatistics>, GpuError> {
         let progress = Progress::new(progress, cancel);
         self.drawn(volume, classification, scene, &progress, |finished, drawn| {
             let time = self.stopwatch.as_ref().map(|watch| watch.submit(&self.gpu)).transpose()?;
-            let pending = Pending::new(&self.gpu, finished, time, drawn, Statistics::completed)?;
+            let pending = Pending::new(&self.gpu, finished, time, drawn, SliceStatistics::completed)?;
             // Where extreme values are is not known.
             let extreme = matches!(scene.settings().mode, Mode::Mip | Mode::Minip);
             Ok(if extreme {
@@ -189,7 +189,7 @@ impl SliceRenderer {
     /// Returns when it is there.
     pub fn show(
         &self,
-        volume: &PreparedVolume,
+        volume: &PreparedSlices,
         classification: &SliceClassification,
         scene: &Scene,
         cancel: Option<&AtomicBool>,
@@ -203,11 +203,11 @@ impl SliceRenderer {
     /// Draws a frame, for `take` to do something with it. What its statistics say of pixels and of time is not known yet.
     fn drawn<T>(
         &self,
-        volume: &PreparedVolume,
+        volume: &PreparedSlices,
         classification: &SliceClassification,
         scene: &Scene,
         progress: &Progress,
-        take: impl FnOnce(&Finished, Statistics) -> Result<T, GpuError>,
+        take: impl FnOnce(&Finished, SliceStatistics) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
         let scene = &*scene.normalised();
         let shared = &volume.on_device;
@@ -237,7 +237,7 @@ impl SliceRenderer {
         let slices = self.draw(&frame, &boxes, progress)?;
         let finished = self.finisher.finish(&self.gpu, scene, &targets)?;
         let [all, visible] = classification.brick_counts();
-        let statistics = Statistics {
+        let statistics = SliceStatistics {
             bricks: visible,
             skipped_fraction: 1.0 - visible as f64 / all as f64,
             boxes: boxes.len() as u64,
@@ -251,7 +251,7 @@ impl SliceRenderer {
                 + directions.map_or(0, GpuDirections::bytes)
                 + clipping.bytes(),
             clip,
-            ..Statistics::default()
+            ..SliceStatistics::default()
         };
         let taken = take(&finished, statistics)?;
         *self.targets.lock().unwrap_or_else(PoisonError::into_inner) = Some((targets, blended));
@@ -381,7 +381,7 @@ impl Groups {
 }
 
 /// The blocks that a scene makes visible.
-fn octree(volume: &PreparedVolume, scene: &Scene) -> Octree {
+fn octree(volume: &PreparedSlices, scene: &Scene) -> Octree {
     let settings = scene.settings();
     let source = scene.volume();
     let Some(ranges) = volume.ranges() else {

@@ -11,7 +11,7 @@ use crate::volume::GpuVolume;
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
+pub struct SliceStatistics {
     /// Pixels in which something is.
     pub rays: u64,
     /// Bricks of which something can be visible.
@@ -30,7 +30,7 @@ pub struct Statistics {
     pub gpu_ms: Option<f64>,
 }
 
-impl Statistics {
+impl SliceStatistics {
     /// With what is known once a frame is there.
     pub(super) fn completed(self, taken: Taken, gpu_ms: Option<f64>) -> Self {
         Self { rays: taken.rays, gpu_ms, ..self }
@@ -44,13 +44,13 @@ impl Statistics {
 
 /// A volume made ready: on the device, and what is in its blocks.
 #[derive(Debug)]
-pub struct PreparedVolume {
+pub struct PreparedSlices {
     pub(super) on_device: frame::PreparedVolume,
     /// Known to the host, which decides what is drawn; none where the volume has them.
     pub(super) ranges: Option<ValueRanges>,
 }
 
-impl PreparedVolume {
+impl PreparedSlices {
     pub(super) fn ranges(&self) -> Option<&ValueRanges> {
         self.on_device.voxels().host_ranges().or(self.ranges.as_ref())
     }

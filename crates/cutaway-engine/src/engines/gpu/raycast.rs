@@ -2,7 +2,7 @@
 
 use cutaway_core::scene::{Data, Mode, Scene};
 use cutaway_gpu::raycast::PreparedVolume;
-use cutaway_gpu::{Extras, GpuClassification, RaycastRenderer, Statistics};
+use cutaway_gpu::{Extras, GpuClassification, RaycastRenderer, RaycastStatistics};
 
 use super::{data_notices, in_memory, machine, rendered};
 use crate::abilities::{ALL_MODES, Abilities, COMPOSITE};
@@ -112,8 +112,8 @@ impl Engine for Raycast {
     }
 }
 
-impl From<Statistics> for FrameStatistics {
-    fn from(s: Statistics) -> Self {
+impl From<RaycastStatistics> for FrameStatistics {
+    fn from(s: RaycastStatistics) -> Self {
         Self {
             samples: Some(s.samples),
             rays: Some(s.rays),

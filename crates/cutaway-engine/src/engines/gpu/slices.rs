@@ -2,7 +2,7 @@
 
 use cutaway_core::scene::{Data, Mode, Scene};
 use cutaway_gpu::SliceRenderer;
-use cutaway_gpu::slices::{PreparedVolume, SliceClassification, Statistics};
+use cutaway_gpu::slices::{PreparedSlices, SliceClassification, SliceStatistics};
 
 use super::{data_notices, machine, rendered};
 use crate::abilities::{Abilities, COMPOSITE};
@@ -46,7 +46,7 @@ pub(in crate::engines) fn start(start: &mut Start) -> Result<Box<dyn AnyEngine>,
 }
 
 impl Engine for Slices {
-    type Prepared = PreparedVolume;
+    type Prepared = PreparedSlices;
     type Classified = SliceClassification;
 
     fn abilities(&self) -> Abilities {
@@ -57,11 +57,11 @@ impl Engine for Slices {
         machine(self.renderer.gpu())
     }
 
-    fn prepare(&self, data: &Data) -> Result<PreparedVolume, EngineError> {
+    fn prepare(&self, data: &Data) -> Result<PreparedSlices, EngineError> {
         Ok(self.renderer.prepare(data.lattice())?)
     }
 
-    fn classify(&self, prepared: &PreparedVolume, scene: &Scene) -> Result<SliceClassification, EngineError> {
+    fn classify(&self, prepared: &PreparedSlices, scene: &Scene) -> Result<SliceClassification, EngineError> {
         Ok(self.renderer.classify(prepared, scene)?)
     }
 
@@ -77,7 +77,7 @@ impl Engine for Slices {
         )
     }
 
-    fn notices(&self, prepared: &PreparedVolume) -> Vec<Notice> {
+    fn notices(&self, prepared: &PreparedSlices) -> Vec<Notice> {
         let mut notices = data_notices(&prepared.notices());
         if !self.renderer.gpu().capabilities().float_blending {
             let coarse = "this GPU blends 16-bit floats only: colours are off by up to 0.02, means by up to 3 % of their range";
@@ -87,8 +87,8 @@ impl Engine for Slices {
     }
 }
 
-impl From<Statistics> for FrameStatistics {
-    fn from(s: Statistics) -> Self {
+impl From<SliceStatistics> for FrameStatistics {
+    fn from(s: SliceStatistics) -> Self {
         Self {
             rays: Some(s.rays),
             repaired_lines: Some(s.clip.repaired),

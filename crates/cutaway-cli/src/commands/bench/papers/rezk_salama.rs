@@ -12,7 +12,7 @@ use cutaway_core::lighting::Lighting;
 use cutaway_core::scene::{Engine, Layer, RenderSettings, Scene};
 use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 use cutaway_core::volume::Volume;
-use cutaway_gpu::slices::{PreparedVolume, Statistics};
+use cutaway_gpu::slices::{PreparedSlices, SliceStatistics};
 use cutaway_gpu::{Gpu, GpuOptions, SliceRenderer};
 use serde_json::json;
 
@@ -79,11 +79,11 @@ struct Look {
 
 fn measure(
     renderer: &SliceRenderer,
-    prepared: &PreparedVolume,
+    prepared: &PreparedSlices,
     volume: &Volume,
     look: &Look,
     effort: Effort,
-) -> anyhow::Result<(FrameTimes, Statistics)> {
+) -> anyhow::Result<(FrameTimes, SliceStatistics)> {
     let at = |share: f64| share * f64::from(ANGIOGRAPHY_WHITE);
     let point = |value, color, opacity| ControlPoint { value, color, opacity };
     let function = TransferFunction::new(vec![
@@ -121,7 +121,7 @@ struct Case {
     threshold: &'static str,
     brick_size: u32,
     frame_ms: FrameTimes,
-    statistics: Statistics,
+    statistics: SliceStatistics,
     /// How many times as fast as without bricks.
     gain: f64,
 }
