@@ -211,7 +211,10 @@ fn options_without_effect_are_noticed() {
             "--cut sphere:9,9,9,5 --clip-events peel",
             "--clip-events peel has no effect with the reference engine",
         ),
-        ("--cut sphere:9,9,9,5 --clip-events lists", "events are found by `raster`"),
+        (
+            "--cut sphere:9,9,9,5 --clip-events lists",
+            "--clip-events lists has no effect with the reference engine",
+        ),
         ("--cut sphere:9,9,9,5 --cap", "--cap has no effect in composite mode"),
         ("--mode mip --cut sphere:9,9,9,5 --impregnation step", "--impregnation has no effect in mip mode"),
     ] {

@@ -49,7 +49,7 @@ fn wrong_values_are_refused_by_option() {
         ("--brightness -1", &["--brightness", "0 or more"]),
         ("--ambient -1", &["--ambient"]),
         ("--diffuse 1e400", &["--diffuse", "not a finite number"]),
-        ("--specular 1e300", &["--specular", "too large"]),
+        ("--specular 1e300", &["--specular", "expected 0 to 1000000"]),
         ("--specular-power -1", &["--specular-power"]),
         ("--diffuse-curve twosided", &["did you mean `two-sided`?"]),
         ("--light 0,0,0", &["--light", "not zero"]),

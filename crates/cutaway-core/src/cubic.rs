@@ -92,6 +92,33 @@ impl Cubic {
         s
     }
 
+    /// Returns true if the field is at or above `level` at `s` = 0. `corners` are the smallest and largest value at the cell's
+    /// corners: where all of them are on one side of the level, they decide, and not what rounding makes of the cubic.
+    pub fn starts_above(&self, level: f64, corners: [f64; 2]) -> bool {
+        one_side(level, corners).unwrap_or_else(|| self.at(0.0) >= level)
+    }
+
+    /// Calls `found` with every `s` at which a ray that comes `from_above` the level, or not, passes it; ascending. Returns true if
+    /// it leaves at or above the level. `corners` as in [`Self::starts_above`].
+    ///
+    /// Rounding may put a crossing between two cells. The side that the ray comes from decides: then it is at 0.
+    pub fn passes(
+        &self,
+        level: f64,
+        corners: [f64; 2],
+        from_above: bool,
+        mut found: impl FnMut(f64),
+    ) -> bool {
+        if self.starts_above(level, corners) != from_above {
+            found(0.0);
+        }
+        if let Some(above) = one_side(level, corners) {
+            return above;
+        }
+        self.crossings(level, found);
+        self.at(1.0) >= level
+    }
+
     /// Calls `found` with every `s` in 0..=1, ascending, at which the cubic passes from below `level` to at or above
     /// it, or back.
     pub fn crossings(&self, level: f64, mut found: impl FnMut(f64)) {
@@ -104,10 +131,34 @@ impl Cubic {
     }
 }
 
+/// The side of a level that all corners of a cell are on: true is at or above it. None where they are on both.
+fn one_side(level: f64, [least, greatest]: [f64; 2]) -> Option<bool> {
+    if least >= level {
+        Some(true)
+    } else if greatest < level {
+        Some(false)
+    } else {
+        None
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn corners_on_one_side_decide() {
+        // Rounding has put the middle just below the level.
+        let cubic = Cubic { c: [0.1, -1e-17, 0.0, 0.0] };
+        let mut found = Vec::new();
+        assert!(cubic.passes(0.1, [0.1, 0.7], true, |s| found.push(s)));
+        assert!(found.is_empty());
+        assert!(cubic.passes(0.1, [0.1, 0.7], false, |s| found.push(s)));
+        assert_eq!(found, [0.0]);
+        assert!(!cubic.passes(0.2, [0.1, 0.15], false, |s| found.push(s)));
+        assert_eq!(found, [0.0]);
+    }
 
     #[test]
     fn interpolation_gives_the_coefficients_back() {

@@ -122,6 +122,8 @@ struct Caster<'a> {
 struct CellPiece {
     segment: Segment,
     value: Cubic,
+    /// Smallest and largest value at the cell's corners.
+    corners: [f64; 2],
 }
 
 /// A ray, in both spaces, and what is kept of it.
@@ -191,16 +193,23 @@ impl<'a> Caster<'a> {
         ends.sort_by(f64::total_cmp);
         let ray = *ray;
         let pieces: Vec<Segment> = ends.windows(2).filter_map(|w| Segment::new(w[0], w[1])).collect();
-        pieces.into_iter().map(move |segment| CellPiece { value: self.cubic(&ray, segment), segment })
+        pieces.into_iter().map(move |segment| {
+            let (value, corners) = self.cubic(&ray, segment);
+            CellPiece { segment, value, corners }
+        })
     }
 
-    fn cubic(&self, ray: &Ray, segment: Segment) -> Cubic {
+    /// The field along a stretch in one cell, with the smallest and largest value at the cell's corners.
+    fn cubic(&self, ray: &Ray, segment: Segment) -> (Cubic, [f64; 2]) {
         let volume = self.scene.volume();
         let at = |s: f64| ray.origin + ray.direction * (segment.t_near() + s * segment.length());
         let (cell, _) = field::cell_of(volume, at(0.5));
         let corners = field::corner_values(volume, cell);
         let base = DVec3::new(cell[0] as f64, cell[1] as f64, cell[2] as f64);
-        Cubic::through([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|s| field::trilinear(&corners, at(s) - base)))
+        let values = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|s| field::trilinear(&corners, at(s) - base));
+        let range =
+            corners.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(*v), hi.max(*v)]);
+        (Cubic::through(values), range)
     }
 
     /// The light on an isosurface at `t` along the ray.
@@ -355,15 +364,11 @@ impl<'a> Caster<'a> {
                     stack.add(lit(color_of(level), cap.terms), settings.iso_opacity, cap.t);
                 }
             }
-            let sides = sides.get_or_insert_with(|| settings.iso.iter().map(|v| at_start >= *v).collect());
+            let starts_above = |level: &f64| cell.value.starts_above(*level, cell.corners);
+            let sides = sides.get_or_insert_with(|| settings.iso.iter().map(starts_above).collect());
             let mut hits: Vec<(f64, f64)> = Vec::new();
             for (&level, side) in settings.iso.iter().zip(sides) {
-                // Rounding may put a crossing between two cells: the side the ray was on decides.
-                if (at_start >= level) != *side {
-                    hits.push((0.0, level));
-                }
-                cell.value.crossings(level, |s| hits.push((s, level)));
-                *side = cell.value.at(1.0) >= level;
+                *side = cell.value.passes(level, cell.corners, *side, |s| hits.push((s, level)));
             }
             hits.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (s, level) in hits {

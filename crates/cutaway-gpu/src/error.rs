@@ -50,6 +50,12 @@ pub enum GpuError {
         /// What was exceeded.
         reason: String,
     },
+    /// Voxels of the volume that could not be read.
+    #[error("the volume could not be read: {reason}")]
+    Source {
+        /// The place, and what is wrong.
+        reason: String,
+    },
     /// More pixels along a side than the adapter's textures have, or more bytes than it can hand back at once.
     #[error(
         "an image of {width} x {height} pixels does not fit on this GPU: {reason}; take a smaller one or `--engine cpu`"

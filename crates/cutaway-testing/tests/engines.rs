@@ -11,6 +11,7 @@ use cutaway_core::scene::{
     Data, Engine, Gradient, ImageInterpolation, Layer, Layout, Mode, RenderSettings, Sampling, Scene,
     SpaceSkipping,
 };
+use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_engine::{ENGINES, EngineError, Entry, Frame, Notice, Renderer, Request, Setting};
 use cutaway_testing::gpus;
 use cutaway_testing::scenes::{SMALL, oblique_noise, soft};
@@ -119,11 +120,13 @@ fn set(setting: Setting) -> RenderSettings {
     s
 }
 
-/// Settings that decide how an image is made and not what it shows: their effect is on time and memory.
+/// Settings that decide how an image is made and not what it shows: their effect is on time and memory. (Adaptive
+/// interpolation fills nothing in an image as full of edges as this one.)
 fn is_of_speed(setting: Setting) -> bool {
     matches!(
         setting,
         Setting::SpaceSkipping
+            | Setting::AdaptiveInterpolation
             | Setting::ProxyGeometry
             | Setting::Layout
             | Setting::BrickSize
@@ -185,6 +188,53 @@ fn modes_are_rendered_or_refused(engine: &'static str) -> Result<(), Failed> {
     Ok(())
 }
 
+/// A ball of one value in another: every interpolated value is between them, and at them on plateaus.
+fn mask(outside: f32, inside: f32) -> Data {
+    let d = UVec3::splat(20);
+    let at = |i: u32| UVec3::new(i % 20, i / 20 % 20, i / 400).as_dvec3() - DVec3::splat(9.5);
+    let voxels: Vec<f32> = (0..8000).map(|i| if at(i).length() < 6.0 { inside } else { outside }).collect();
+    let geometry = Geometry::from_spacing(DVec3::ONE);
+    Volume::new(d, voxels, Rescale::IDENTITY, geometry).expect("a valid volume").into()
+}
+
+/// Pixels that an isosurface covers, from a direction.
+fn covered(engine: &'static str, data: &Data, level: f64, turn: f64) -> Result<usize, Failed> {
+    let settings =
+        RenderSettings { mode: Mode::Iso, iso: vec![level], resolution: SMALL, ..RenderSettings::default() };
+    let aspect = f64::from(SMALL[0]) / f64::from(SMALL[1]);
+    let mut camera = cutaway_core::scene::default_camera(data.lattice(), aspect);
+    camera.azimuth(turn);
+    camera.elevation(0.3 * turn);
+    let layer =
+        Layer::new(data, &soft([0.0, 1.0])).with_lighting(Lighting { shade: false, ..Lighting::default() });
+    let scene = Scene::new(layer, camera, settings)?;
+    let image = image(rendered(&mut Renderer::default().with_choice(engine), &scene)?)?;
+    Ok(image.pixels().iter().filter(|p| p[3] > 0.5).count())
+}
+
+/// Report 62: an isosurface at the value of the background has no crossing, and one at the greatest value is whole, from any
+/// direction, for values that f32 cannot hold, too.
+fn report_62_plateaus_at_the_isovalue(engine: &'static str) -> Result<(), Failed> {
+    for (outside, inside) in [(-1000.0, 40.0), (0.0, 1.0), (0.1, 0.7)] {
+        let data = mask(outside, inside);
+        let [lowest, highest] = data.lattice().value_range();
+        for turn in [0.0, 0.37, 1.1, 2.9] {
+            let what = format!("{outside} and {inside} from {turn}");
+            let background = covered(engine, &data, lowest, turn)?;
+            if background != 0 {
+                return Err(format!("{what}: {background} pixels of a surface that is not there").into());
+            }
+            let just_below = highest - 1e-4 * (highest - lowest);
+            let [top, below] =
+                [covered(engine, &data, highest, turn)?, covered(engine, &data, just_below, turn)?];
+            if below == 0 || top.abs_diff(below) > 4 {
+                return Err(format!("{what}: {top} pixels at the greatest value, {below} just below").into());
+            }
+        }
+    }
+    Ok(())
+}
+
 /// A sixth engine: one file, and one line here.
 fn a_sixth_engine_renders() -> Result<(), Failed> {
     let entry = Entry { name: "flat", start: flat::start };
@@ -232,6 +282,11 @@ fn main() {
             let trial = Trial::test(format!("{engine}::{name}"), move || test(engine));
             trials.push(trial.with_ignored_flag(ignored));
         }
+    }
+    for engine in ["reference", "cpu", "raycast"] {
+        let name = format!("{engine}::report_62_plateaus_at_the_isovalue");
+        let trial = Trial::test(name, move || report_62_plateaus_at_the_isovalue(engine));
+        trials.push(trial.with_ignored_flag(no_adapter && ON_DEVICE.contains(&engine)));
     }
     trials.push(Trial::test("a_sixth_engine_renders", a_sixth_engine_renders));
     trials.push(Trial::test("the_choice_is_made_in_one_place", the_choice_is_made_in_one_place));

@@ -13,7 +13,7 @@ use cutaway_core::clip::{self, Clip, ClipShading, FitError, Node, Pose};
 use cutaway_core::glam::DAffine3;
 use cutaway_core::scene::RenderSettings;
 use cutaway_core::volume::Volume;
-use cutaway_io::scene_file::{self, ClipFile, ClipTree, SceneFile, paths};
+use cutaway_io::scene_file::{self, ClipFile, ClipSource, ClipTree, SceneFile, paths};
 
 pub(crate) use args::{ClipArgs, Step};
 use cutaway_io::mesh::MeshSpace;

@@ -116,8 +116,9 @@ impl Session {
     fn blame(&self, error: EngineError) -> anyhow::Error {
         let file = &self.file;
         match error {
-            EngineError::Data { .. } | EngineError::Debug { .. } | EngineError::NoProxy { .. } => {
-                wrong_use(format!("{file}: {}", as_options(&error.to_string())))
+            EngineError::Data { .. } => wrong_use(format!("{file}: {}", as_options(&error.to_string()))),
+            EngineError::Debug { .. } | EngineError::NoProxy { .. } => {
+                wrong_use(format!("--debug {}: {}", self.debug.name(), as_options(&error.to_string())))
             }
             error => anyhow::anyhow!("{}", as_options(&error.to_string())),
         }

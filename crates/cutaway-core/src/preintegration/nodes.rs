@@ -13,8 +13,12 @@ pub(super) struct Node {
     pub(super) upper: bool,
 }
 
-/// Errors that are worth a node, one after the other, until there are no more nodes to give.
+/// Errors that are worth a node, one after the other, until there are no more nodes to give; for steps of [`USUAL_STEP`] and
+/// longer. Shorter steps are more steps, over which errors add up: they get smaller ones, in proportion.
 const TOLERANCES: [f64; 7] = [0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.00015];
+
+/// The step, in unit distances, below which errors must shrink with the step.
+const USUAL_STEP: f64 = 0.25;
 
 /// A node and the integrals up to it.
 #[derive(Clone, Copy)]
@@ -46,7 +50,8 @@ pub(super) fn place(curve: &Curve, extinction: Extinction, most: usize) -> Vec<N
     let first: &[Stop] = if needed <= most * 3 / 4 { &curve.stops } else { &ends };
     let mut samples: Vec<Sample> = first.iter().flat_map(|stop| placement.samples(stop.edge)).collect();
     let mut errors: Vec<Option<f64>> = vec![None; samples.len() - 1];
-    for tolerance in TOLERANCES {
+    let scale = (extinction.step_length / extinction.unit_distance / USUAL_STEP).clamp(1e-6, 1.0);
+    for tolerance in TOLERANCES.map(|tolerance| tolerance * scale) {
         while samples.len() < most {
             for (i, error) in errors.iter_mut().enumerate() {
                 error.get_or_insert_with(|| placement.error(&samples, i));

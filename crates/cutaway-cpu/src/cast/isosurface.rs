@@ -285,17 +285,14 @@ impl<'a, T: Stored> Surfaces<'a, T> {
         let Ray { origin, direction } = self.ray_in_voxel;
         let value = |s: f64| field::trilinear(&corners, origin + direction * (t + s * (t_next - t)) - base);
         let cubic = Cubic::through([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(value));
+        let range =
+            corners.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(*v), hi.max(*v)]);
         if self.above.is_empty() {
-            self.above = settings.iso.iter().map(|v| cubic.at(0.0) >= *v).collect();
+            self.above = settings.iso.iter().map(|level| cubic.starts_above(*level, range)).collect();
         }
         let mut hits: Vec<(f64, f64)> = Vec::new();
         for (&level, above) in settings.iso.iter().zip(&mut self.above) {
-            // Rounding may put a crossing between two cells: the side the ray was on decides.
-            if (cubic.at(0.0) >= level) != *above {
-                hits.push((0.0, level));
-            }
-            cubic.crossings(level, |s| hits.push((s, level)));
-            *above = cubic.at(1.0) >= level;
+            *above = cubic.passes(level, range, *above, |s| hits.push((s, level)));
         }
         hits.sort_by(|a, b| a.0.total_cmp(&b.0));
         hits.into_iter().any(|(s, level)| self.hit(t + s * (t_next - t), level))

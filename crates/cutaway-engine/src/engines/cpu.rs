@@ -34,7 +34,7 @@ const ABILITIES: Abilities = Abilities {
     settings: &[
         (Setting::Step, NOT_ISO),
         (Setting::EarlyTermination, &[Mode::Composite, Mode::Iso]),
-        (Setting::SpaceSkipping, &[Mode::Composite, Mode::Iso, Mode::Mip, Mode::Minip]),
+        (Setting::SpaceSkipping, ALL_MODES),
         (Setting::InterpolationFactor, ALL_MODES),
         (Setting::AdaptiveInterpolation, ALL_MODES),
         (Setting::ObjectSampling, COMPOSITE),

@@ -110,16 +110,29 @@ fn meets_level(least: f32, greatest: f32) -> bool {
     return met;
 }
 
-// The stretch of a ray in one cell: from t on, of this length, where the field is the cubic, and `before` at its start as
-// the cell before ended.
-fn cross_cell(pixel: ptr<function, Pixel>, ray: Ray, c: vec4f, before: f32, end: f32, t: f32, length: f32) {
+// The smallest and largest value at a cell's corners. No value inside leaves this range, whatever rounding says.
+fn range_of(corners: Corners) -> vec2f {
+    let least = min(corners.low, corners.high);
+    let greatest = max(corners.low, corners.high);
+    let a = frame.value_sign * min(min(least.x, least.y), min(least.z, least.w));
+    let b = frame.value_sign * max(max(greatest.x, greatest.y), max(greatest.z, greatest.w));
+    return vec2f(min(a, b), max(a, b));
+}
+
+// The part of a ray in one cell: from t on, of this length, where the field is the cubic within `range`, and `before` at
+// its start as the cell before ended.
+fn cross_cell(pixel: ptr<function, Pixel>, ray: Ray, c: vec4f, range: vec2f, ends: vec2f, part: vec2f) {
+    let before = ends.x;
+    let end = ends.y;
+    let t = part.x;
+    let length = part.y;
     let e = extrema(c);
     // Pieces that rise or fall: up to the first extremum, to the second, to the end; those that are not there are empty.
     var from_s = 0.0;
     var from_value = before;
     for (var piece = 0; piece < 3; piece += 1) {
         let to_s = select(select(1.0, e.y, piece == 1), e.x, piece == 0);
-        let to_value = select(cubic_at(c, to_s), end, to_s >= 1.0);
+        let to_value = select(clamp(cubic_at(c, to_s), range.x, range.y), end, to_s >= 1.0);
         let rises = to_value > from_value;
         for (var k = 0u; k < frame.iso_count; k += 1u) {
             let index = select(frame.iso_count - 1u - k, k, rises);
@@ -174,11 +187,12 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
             let end = min(max(cell_exit(ray, cell), inside), t_far);
             let length = end - t;
             let corners = corners_of(cell);
+            let range = range_of(corners);
             (*pixel).samples += 1u;
             var v: vec4f;
             for (var k = 0; k < 4; k += 1) {
                 let f = clamp(position(ray, t + length * f32(k) / 3.0) - vec3f(cell), vec3f(0.0), vec3f(1.0));
-                v[k] = field_in(corners, f);
+                v[k] = clamp(field_in(corners, f), range.x, range.y);
             }
             let before = select(v.x, value, known);
             value = v.w;
@@ -187,7 +201,7 @@ fn isosurfaces(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t
             let bounds = bounds_of(c);
             // Both ends as they are carried on count, whatever rounding makes of the cubic there.
             if meets_level(min(bounds.x, min(before, value)), max(bounds.y, max(before, value))) {
-                cross_cell(pixel, ray, c, before, value, t, length);
+                cross_cell(pixel, ray, c, range, vec2f(before, value), vec2f(t, length));
             }
             t = end;
         }

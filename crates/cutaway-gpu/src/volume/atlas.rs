@@ -3,8 +3,7 @@
 use std::collections::HashMap;
 
 use cutaway_core::glam::UVec3;
-use cutaway_core::volume::Volume;
-use cutaway_core::with_voxels;
+use cutaway_core::voxel_source::{Region, SourceError, VoxelSource, gather};
 use rayon::prelude::*;
 
 use super::bricks::{Brick, BrickGrid, Plan, brick_of};
@@ -61,14 +60,19 @@ impl Atlas {
     }
 
     /// Uploads what a plan has and the atlas has not, over what the plan has not, and writes the page table.
-    pub(super) fn follow(&mut self, gpu: &Gpu, volume: &Volume, plan: &Plan) -> Result<(), GpuError> {
+    pub(super) fn follow(
+        &mut self,
+        gpu: &Gpu,
+        source: &dyn VoxelSource,
+        plan: &Plan,
+    ) -> Result<(), GpuError> {
         let missing = self.make_room(plan);
         let at_once = (BYTES_AT_ONCE as u64 / slot_bytes(&self.grid, &self.texels)).max(1) as usize;
         for some in missing.chunks(at_once) {
-            let bytes: Vec<Vec<u8>> = some
-                .par_iter()
-                .map(|(brick, _)| self.texels.encoded(&voxels_of(volume, &self.grid, brick)))
-                .collect();
+            let encoded =
+                |(brick, _): &(Brick, u32)| Ok(self.texels.encoded(&voxels_of(source, &self.grid, brick)?));
+            let bytes: Vec<Vec<u8>> =
+                some.par_iter().map(encoded).collect::<Result<_, SourceError>>().map_err(unread)?;
             gpu.checked("uploading bricks", || {
                 for ((_, slot), bytes) in some.iter().zip(&bytes) {
                     self.write(gpu, *slot, bytes);
@@ -80,7 +84,7 @@ impl Atlas {
             self.resident.extend(some.iter().copied());
             self.uploads += some.len() as u64;
         }
-        self.write_pages(gpu, volume, plan)
+        self.write_pages(gpu, source, plan)
     }
 
     /// Slots for the bricks that are missing: free ones first, then those of bricks that are not wanted.
@@ -127,7 +131,7 @@ impl Atlas {
     }
 
     /// See `shared/bricks.wgsl`.
-    fn write_pages(&self, gpu: &Gpu, volume: &Volume, plan: &Plan) -> Result<(), GpuError> {
+    fn write_pages(&self, gpu: &Gpu, source: &dyn VoxelSource, plan: &Plan) -> Result<(), GpuError> {
         let entries: Vec<[u32; 2]> = (0..self.grid.page_count())
             .into_par_iter()
             .map(|page| {
@@ -135,14 +139,16 @@ impl Atlas {
                     && let Some(slot) = self.resident.get(&brick_of(&self.grid, page, level))
                 {
                     let at = self.slot(*slot);
-                    return [1 << 31 | at.z << 20 | at.y << 10 | at.x, level];
+                    return Ok([1 << 31 | at.z << 20 | at.y << 10 | at.x, level]);
                 }
                 // Any value that occurs in a brick of which nothing is visible is invisible.
                 let corner = UVec3::from_array(brick_of(&self.grid, page, 0).at) * self.grid.edge;
-                let index = volume.index_clamped(corner.x.into(), corner.y.into(), corner.z.into());
-                [0, (self.texels.texel(f64::from(volume.voxels().get(index))) as f32).to_bits()]
+                let min = corner.min(self.grid.dimensions - UVec3::ONE);
+                let stored = gather(source, &finest(min, min + UVec3::ONE))?[0];
+                Ok([0, (self.texels.texel(f64::from(stored)) as f32).to_bits()])
             })
-            .collect();
+            .collect::<Result<_, SourceError>>()
+            .map_err(unread)?;
         let UVec3 { x, y, z } = self.grid.pages;
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(x * 8), rows_per_image: Some(y) };
@@ -163,58 +169,90 @@ pub(super) fn slot_bytes(grid: &BrickGrid, texels: &Texels) -> u64 {
     u64::from(grid.slot_edge()).pow(3) * u64::from(texels.bytes_per_voxel())
 }
 
+/// A region of the finest level.
+fn finest(min: UVec3, max: UVec3) -> Region {
+    Region { level: 0, channel: 0, time: 0, min, max }
+}
+
+fn unread(error: SourceError) -> GpuError {
+    GpuError::Source { reason: error.to_string() }
+}
+
 /// The stored numbers of a brick with its border, x fastest; outside the volume its nearest voxel's.
-fn voxels_of(volume: &Volume, grid: &BrickGrid, brick: &Brick) -> Vec<f32> {
+fn voxels_of(source: &dyn VoxelSource, grid: &BrickGrid, brick: &Brick) -> Result<Vec<f32>, SourceError> {
     let stride = 1i64 << brick.level;
     let corner = brick.at.map(|c| i64::from(c) * i64::from(grid.edge) * stride - stride);
+    let reach = i64::from(grid.slot_edge() - 1) * stride;
+    let read = Patch::read(source, grid.dimensions, corner, reach, stride / 2)?;
     let places = |axis: usize| -> Vec<i64> {
         (0..i64::from(grid.slot_edge())).map(|i| corner[axis] + i * stride).collect()
     };
     let [xs, ys, zs] = [0, 1, 2].map(places);
     let mut stored = Vec::with_capacity(xs.len().pow(3));
-    with_voxels!(volume.voxels(), voxels => {
-        for z in &zs {
-            for y in &ys {
-                if stride == 1 {
-                    let row = volume.index_clamped(0, *y, *z);
-                    let last = i64::from(grid.dimensions.x) - 1;
-                    stored.extend(xs.iter().map(|x| single(voxels[row + (*x).clamp(0, last) as usize])));
-                } else {
-                    stored.extend(xs.iter().map(|x| averaged(volume, voxels, [*x, *y, *z], stride)));
-                }
-            }
-        }
-    });
-    stored
-}
-
-fn single<T: Into<f32>>(stored: T) -> f32 {
-    stored.into()
-}
-
-/// The mean around a voxel over a coarser voxel's cell, `stride` wide: the trapezoidal rule, so that it lies in the middle.
-fn averaged<T: Copy + Into<f32>>(volume: &Volume, voxels: &[T], at: [i64; 3], stride: i64) -> f32 {
-    let half = stride / 2;
-    let weight = |d: i64| if d.abs() == half { 0.5 } else { 1.0f32 };
-    let mut sum = 0.0f32;
-    for dz in -half..=half {
-        for dy in -half..=half {
-            let row: f32 = (-half..=half)
-                .map(|dx| {
-                    weight(dx) * voxels[volume.index_clamped(at[0] + dx, at[1] + dy, at[2] + dz)].into()
-                })
-                .sum();
-            sum += weight(dz) * weight(dy) * row;
+    for z in &zs {
+        for y in &ys {
+            let one = |x: &i64| match stride {
+                1 => read.clamped([*x, *y, *z]),
+                _ => read.averaged([*x, *y, *z], stride),
+            };
+            stored.extend(xs.iter().map(one));
         }
     }
-    sum / (stride * stride * stride) as f32
+    Ok(stored)
+}
+
+/// The part of the finest level that a brick is made of.
+struct Patch {
+    stored: Vec<f32>,
+    min: [i64; 3],
+    size: [i64; 3],
+}
+
+impl Patch {
+    /// Reads from `half` before `corner` to `half` behind `corner + reach`, as far as there are voxels.
+    fn read(
+        source: &dyn VoxelSource,
+        dimensions: UVec3,
+        corner: [i64; 3],
+        reach: i64,
+        half: i64,
+    ) -> Result<Self, SourceError> {
+        let last = dimensions.to_array().map(|n| i64::from(n) - 1);
+        let clamped = |at: i64, axis: usize| at.clamp(0, last[axis]);
+        let min = std::array::from_fn(|axis| clamped(corner[axis] - half, axis));
+        let max: [i64; 3] = std::array::from_fn(|axis| clamped(corner[axis] + reach + half, axis) + 1);
+        let size = std::array::from_fn(|axis| max[axis] - min[axis]);
+        let [lo, hi] = [min, max].map(|at| UVec3::from_array(at.map(|v| v as u32)));
+        Ok(Self { stored: gather(source, &finest(lo, hi))?, min, size })
+    }
+
+    /// The voxel of a place, or the nearest one that there is.
+    fn clamped(&self, at: [i64; 3]) -> f32 {
+        let [x, y, z] = std::array::from_fn(|axis| (at[axis] - self.min[axis]).clamp(0, self.size[axis] - 1));
+        self.stored[((z * self.size[1] + y) * self.size[0] + x) as usize]
+    }
+
+    /// The mean around a voxel over a coarser voxel's cell, `stride` wide: the trapezoidal rule, so that it lies in the middle.
+    fn averaged(&self, at: [i64; 3], stride: i64) -> f32 {
+        let half = stride / 2;
+        let weight = |d: i64| if d.abs() == half { 0.5 } else { 1.0f32 };
+        let mut sum = 0.0f32;
+        for dz in -half..=half {
+            for dy in -half..=half {
+                let one = |dx: i64| weight(dx) * self.clamped([at[0] + dx, at[1] + dy, at[2] + dz]);
+                let row: f32 = (-half..=half).map(one).sum();
+                sum += weight(dz) * weight(dy) * row;
+            }
+        }
+        sum / (stride * stride * stride) as f32
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use cutaway_core::glam::DVec3;
-    use cutaway_core::volume::{Geometry, Rescale};
+    use cutaway_core::volume::{Geometry, Rescale, Volume};
 
     fn ramp(d: UVec3) -> Volume {
         let mut voxels = Vec::new();
@@ -230,12 +268,12 @@ mod tests {
     fn a_brick_has_its_voxels_and_their_neighbours() {
         let volume = ramp(UVec3::new(20, 12, 12));
         let grid = BrickGrid { edge: 8, ..BrickGrid::new(UVec3::new(20, 12, 12), 4, 64, u64::MAX).unwrap() };
-        let stored = voxels_of(&volume, &grid, &Brick { level: 0, at: [1, 0, 0] });
+        let stored = voxels_of(&volume, &grid, &Brick { level: 0, at: [1, 0, 0] }).unwrap();
         assert_eq!(stored.len(), 11 * 11 * 11);
         // The first row lies a voxel outside in y and z, where values repeat, and starts a voxel before the brick.
         assert_eq!(&stored[..11], [7., 8., 9., 10., 11., 12., 13., 14., 15., 16., 17.]);
         assert_eq!(stored[11 * 11 * 2 + 11 * 3], 7.0 + 2.0 * 2.0 + 3.0);
-        let last = voxels_of(&volume, &grid, &Brick { level: 0, at: [2, 1, 1] });
+        let last = voxels_of(&volume, &grid, &Brick { level: 0, at: [2, 1, 1] }).unwrap();
         assert_eq!(last[11 * 11 * 11 - 1], 19.0 + 22.0 + 33.0);
     }
 
@@ -244,7 +282,7 @@ mod tests {
         let volume = ramp(UVec3::splat(40));
         let grid = BrickGrid { edge: 8, ..BrickGrid::new(UVec3::splat(40), 4, 64, u64::MAX).unwrap() };
         for level in [1, 2] {
-            let stored = voxels_of(&volume, &grid, &Brick { level, at: [0, 0, 0] });
+            let stored = voxels_of(&volume, &grid, &Brick { level, at: [0, 0, 0] }).unwrap();
             // A linear field's mean is what it is in the middle; the third texel is two coarser voxels from the corner's.
             let at = 2.0 * f32::from(1u8 << level);
             assert_eq!(stored[3 + 11 * 3 + 121 * 3], 6.0 * at);

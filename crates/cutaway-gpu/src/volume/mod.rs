@@ -21,6 +21,7 @@ use cutaway_core::glam::UVec3;
 use cutaway_core::scene::Scene;
 use cutaway_core::value_ranges::ValueRanges;
 use cutaway_core::volume::Volume;
+use cutaway_core::voxel_source::VoxelSource;
 use rayon::prelude::*;
 
 use crate::context::{Gpu, Oversize};
@@ -195,7 +196,7 @@ impl GpuVolume {
     pub(crate) fn resident(
         &self,
         gpu: &Gpu,
-        volume: &Volume,
+        volume: &dyn VoxelSource,
         wanted: Option<&Arc<Wanted>>,
     ) -> Result<Resident<'_>, GpuError> {
         match &self.held {
@@ -228,7 +229,7 @@ impl Bricks {
         gpu: &Gpu,
         grid: &BrickGrid,
         texels: &Texels,
-        volume: &Volume,
+        volume: &dyn VoxelSource,
         wanted: &Arc<Wanted>,
     ) -> Result<(), GpuError> {
         if self.current.as_ref().is_some_and(|c| Arc::ptr_eq(c, wanted)) {

@@ -30,7 +30,7 @@ const ABILITIES: Abilities = Abilities {
     settings: &[
         (Setting::Step, &[Mode::Composite, Mode::Mip, Mode::Minip, Mode::Mean]),
         (Setting::EarlyTermination, &[Mode::Composite, Mode::Iso]),
-        (Setting::SpaceSkipping, &[Mode::Composite, Mode::Iso, Mode::Mip, Mode::Minip]),
+        (Setting::SpaceSkipping, ALL_MODES),
         (Setting::ProxyGeometry, PROXY_MODES),
         (Setting::InterpolationFactor, ALL_MODES),
         (Setting::ObjectSampling, COMPOSITE),

@@ -26,7 +26,7 @@ const ABILITIES: Abilities = Abilities {
     debug: &[],
     settings: &[
         (Setting::Step, MODES),
-        (Setting::SpaceSkipping, &[Mode::Composite, Mode::Mip, Mode::Minip]),
+        (Setting::SpaceSkipping, MODES),
         (Setting::InterpolationFactor, MODES),
         (Setting::PreIntegration, COMPOSITE),
         (Setting::Gradient, COMPOSITE),
