@@ -14,5 +14,6 @@ pub mod samples;
 pub mod scene_file;
 pub mod solids;
 pub mod tetrahedra;
+pub(crate) mod text;
 pub mod transfer_function;
 pub mod volume;

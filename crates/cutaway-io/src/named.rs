@@ -78,7 +78,7 @@ pub enum NamedVolumeError {
     OnlyOne {
         /// The sample or file.
         name: VolumeName,
-        /// `volume` or `unstructured grid`.
+        /// `volume`.
         what: &'static str,
     },
     /// No such sample.
@@ -108,11 +108,11 @@ pub fn read_named(name: &VolumeName, options: &ReadOptions) -> Result<NamedVolum
         VolumeName::Sample(sample) => read_sample(sample, options)?,
         VolumeName::File(path) if path.as_os_str().is_empty() => return Err(NamedVolumeError::Empty),
         VolumeName::File(path) if !described && tetrahedra::recognize(path) => {
-            if of_several {
-                return Err(only_one("unstructured grid"));
-            }
-            let options =
-                TetrahedraReadOptions { limits: options.limits, ..TetrahedraReadOptions::default() };
+            let options = TetrahedraReadOptions {
+                limits: options.limits,
+                array: None,
+                time_step: options.volume_index,
+            };
             let loaded = read_tetrahedra(path, &options)?;
             return Ok(NamedVolume { data: loaded.value.into(), notices: loaded.notices });
         }
@@ -156,7 +156,7 @@ mod tests {
         assert!(read(name, &plain).unwrap().data.grid().is_some());
         let second = ReadOptions { volume_index: Some(1), ..plain.clone() };
         let error = read(name, &second).unwrap_err();
-        assert!(error.contains("grid.vtk holds one unstructured grid"), "{error}");
+        assert!(error.contains("there is no time step 1: the file holds 1"), "{error}");
         // As raw data it is what it is said to be.
         let raw = RawOptions {
             dims: Some([4, 4, 4]),

@@ -21,7 +21,7 @@
 //! ```
 
 mod json;
-mod text;
+mod teapot_text;
 
 use std::fs::File;
 use std::io::Read;
@@ -29,6 +29,7 @@ use std::path::Path;
 
 use cutaway_mesh::patches::{PatchError, PatchSet};
 
+use crate::text::{self, SAVE_AS_UTF_8};
 use crate::volume::error::{quoted, shown_name};
 
 /// The largest file that is read. The teapot has 6 kB; as many control points as a set may have take less than this.
@@ -51,6 +52,14 @@ pub enum PatchReadError {
     TooLarge {
         /// The file.
         file: String,
+    },
+    /// Text in an encoding that is not read.
+    #[error("{file}: this is {found}; {SAVE_AS_UTF_8}")]
+    Encoding {
+        /// The file.
+        file: String,
+        /// The encoding.
+        found: &'static str,
     },
     /// Neither of the two formats.
     #[error(
@@ -174,13 +183,16 @@ enum Format {
 impl Format {
     /// JSON begins with a bracket; the text with a line that holds one whole number, and numbers in the next.
     fn of(bytes: &[u8]) -> Option<Self> {
-        let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        let head = text::without_mark(bytes).trim_ascii_start();
         match head.first()? {
             b'{' | b'[' => Some(Self::Json),
             b'0'..=b'9' => {
                 let digits = head.iter().take_while(|b| b.is_ascii_digit()).count();
-                let after = head[digits..].iter().find(|b| !matches!(b, b' ' | b'\t' | b'\r'));
-                (after.is_none() || after == Some(&b'\n')).then_some(Self::Text)
+                let after = head[digits..]
+                    .iter()
+                    .map(|b| if *b == b'\r' { b'\n' } else { *b })
+                    .find(|b| !matches!(b, b' ' | b'\t'));
+                matches!(after, None | Some(b'\n')).then_some(Self::Text)
             }
             _ => None,
         }
@@ -191,9 +203,13 @@ fn parse(file: String, bytes: &[u8]) -> Result<PatchSet, PatchReadError> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(PatchReadError::TooLarge { file });
     }
+    if let Some(found) = text::foreign(bytes) {
+        return Err(PatchReadError::Encoding { file, found });
+    }
+    let bytes = text::without_mark(bytes);
     match Format::of(bytes) {
-        Some(Format::Text) => text::parse(file, bytes),
-        Some(Format::Json) => json::parse(file, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
+        Some(Format::Text) => teapot_text::parse(file, bytes),
+        Some(Format::Json) => json::parse(file, bytes),
         None => {
             let head = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
             let found = if head.is_empty() { "nothing".to_owned() } else { quoted(&head) };

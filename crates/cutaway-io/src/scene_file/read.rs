@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::SceneFile;
+use crate::text::{self, SAVE_AS_UTF_8};
 
 /// The largest JSON file that is read: a transfer function of 65536 points takes a tenth of it.
 const MAX_BYTES: u64 = 64 << 20;
@@ -31,6 +32,14 @@ pub enum JsonError {
         /// What was expected.
         what: &'static str,
     },
+    /// Text in an encoding that is not read.
+    #[error("{}: this is {found}; {SAVE_AS_UTF_8}", path.display())]
+    Encoding {
+        /// The file.
+        path: PathBuf,
+        /// The encoding.
+        found: &'static str,
+    },
     /// Not JSON, or not what was expected; serde's message names field, line and column.
     #[error("{}: not {what}: {error}; `cutaway schema` prints what is expected", path.display())]
     Syntax {
@@ -50,12 +59,19 @@ pub fn read_scene(path: &Path) -> Result<SceneFile, JsonError> {
 
 fn read<T: DeserializeOwned>(path: &Path, what: &'static str) -> Result<T, JsonError> {
     let io = |error| JsonError::Io { path: path.to_owned(), error };
-    let mut text = Vec::new();
-    File::open(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(io)?;
-    if text.len() as u64 > MAX_BYTES {
+    let mut bytes = Vec::new();
+    File::open(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > MAX_BYTES {
         return Err(JsonError::TooLarge { path: path.to_owned(), what });
     }
-    serde_json::from_slice(&text).map_err(|error| JsonError::Syntax { path: path.to_owned(), what, error })
+    if let Some(found) = text::foreign(&bytes) {
+        return Err(JsonError::Encoding { path: path.to_owned(), found });
+    }
+    serde_json::from_slice(text::without_mark(&bytes)).map_err(|error| JsonError::Syntax {
+        path: path.to_owned(),
+        what,
+        error,
+    })
 }
 
 #[cfg(test)]

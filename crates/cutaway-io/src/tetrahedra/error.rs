@@ -5,6 +5,7 @@ use std::io;
 use cutaway_core::tetrahedra::TetrahedraError;
 
 use crate::limits::bytes_text;
+use crate::text::SAVE_AS_UTF_8;
 use crate::volume::Place;
 
 /// Why an unstructured grid could not be read. `file` is the path as given.
@@ -18,6 +19,14 @@ pub enum TetrahedraReadError {
         file: String,
         /// What the system said.
         error: io::Error,
+    },
+    /// Text in an encoding that is not read.
+    #[error("{file}: this is {found}; {SAVE_AS_UTF_8}")]
+    Encoding {
+        /// The file.
+        file: String,
+        /// The encoding.
+        found: &'static str,
     },
     /// Nothing tells what the file is.
     #[error(
@@ -92,15 +101,25 @@ pub enum TetrahedraReadError {
         /// [`Limits::max_bytes`](crate::limits::Limits::max_bytes).
         limit: u64,
     },
-    /// No point data that could be the values.
-    #[error("{file}: found {found}, expected point data {wanted}")]
+    /// No data that could be the values.
+    #[error("{file}: the grid has points and cells, but no values to show: found {found}, expected {wanted}")]
     NoValues {
         /// The file.
         file: String,
-        /// What point data there are.
+        /// What data there are.
         found: String,
         /// What was looked for.
         wanted: String,
+    },
+    /// The time step asked for does not exist.
+    #[error("{file}: there is no time step {index}: the file holds {steps}, numbered from 0")]
+    TimeStep {
+        /// The file.
+        file: String,
+        /// Index asked for.
+        index: usize,
+        /// How many there are.
+        steps: usize,
     },
     /// The parts are well-formed but make no grid.
     #[error("{file}: {error}")]

@@ -3,18 +3,19 @@
 //! | format | read |
 //! |---|---|
 //! | VTK legacy (`.vtk`, versions 1 to 5) | `DATASET UNSTRUCTURED_GRID`, text and binary |
-//! | VTK XML (`.vtu`) | text, base64, appended raw and base64; not compressed or by zlib; several pieces |
+//! | VTK XML (`.vtu`) | text, base64, appended raw and base64; not compressed, or by zlib, LZ4 or LZMA; several pieces; one of several time steps |
 //!
 //! The specification is VTK's "file formats" page (<https://docs.vtk.org/en/latest/vtk_file_formats/index.html>). Of a grid's
 //! cells tetrahedra are taken as they are; voxels, hexahedra, wedges and pyramids are cut into tetrahedra, each from its
-//! corner of the lowest number, so that faces that two cells share are cut alike; quadratic cells are taken by their corners;
-//! what has no volume is left out. The value is the point data that has one component: the active scalars, or the first, or
-//! the one that is asked for by name. Not read: polyhedra, cell data, time steps, `.pvtu`, compression other than zlib.
+//! corner of the lowest number, so that faces that two cells share are cut alike; cells of higher order are reduced to their
+//! corners; what has no volume is left out. The values are data of one component: of the points, else of the cells; the
+//! active scalars, else the first, or those that are asked for by name. Not read: polyhedra, `.pvtu`.
 //!
 //! Nothing is allocated before it is held against the bytes that are there and against the limits.
 
 mod cells;
 mod error;
+mod grid;
 mod legacy;
 mod numbers;
 #[cfg(test)]
@@ -26,12 +27,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use cutaway_core::glam::DVec3;
 use cutaway_core::tetrahedra::TetrahedralMesh;
 
 pub use error::TetrahedraReadError;
+pub use grid::{ArrayInfo, Grid, On};
 
 use crate::limits::Limits;
+use crate::text;
 use crate::volume::error::{quoted, shown_name};
 use crate::volume::{Loaded, loss_notice};
 
@@ -40,27 +42,40 @@ use crate::volume::{Loaded, loss_notice};
 pub struct TetrahedraReadOptions {
     /// How much memory it may need.
     pub limits: Limits,
-    /// Name of the point data that are its values; none: the active scalars, or the first that have one component.
+    /// Name of the data that are its values; none: those of points before those of cells, the active scalars before
+    /// others, and the first that have one component.
     pub array: Option<String>,
+    /// Which time step to read of several, from 0; none: the first, with a notice.
+    pub time_step: Option<usize>,
 }
 
-/// A grid as its file has it.
-#[derive(Debug, Default)]
-struct Parsed {
-    points: Vec<DVec3>,
-    cells: cells::Tetrahedra,
-    values: Vec<f64>,
-    notices: Vec<String>,
-}
+/// The array of flags that say which points and cells are copies of another piece's.
+const GHOSTS: &str = "vtkGhostType";
 
-/// Reads the unstructured grid in the file at `path`.
+/// Reads the unstructured grid in the file at `path`, as it is rendered.
 ///
 /// # Errors
-/// See [`TetrahedraReadError`]: every message names the file, the place, what was found and what was expected.
+/// See [`TetrahedraReadError`]: every message names the file, the place, what was found and what was expected. A grid
+/// without values is an error; [`read_grid`] reads it.
 pub fn read_tetrahedra(
     path: &Path,
     options: &TetrahedraReadOptions,
 ) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
+    rendered(read_grid(path, options)?)
+}
+
+fn rendered(grid: Grid) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
+    let mut notices = grid.notices();
+    let value = grid.into_mesh()?;
+    notices.extend(loss_notice(value.lattice()));
+    Ok(Loaded { value, notices })
+}
+
+/// Reads the unstructured grid in the file at `path`, with values or without.
+///
+/// # Errors
+/// See [`TetrahedraReadError`].
+pub fn read_grid(path: &Path, options: &TetrahedraReadOptions) -> Result<Grid, TetrahedraReadError> {
     let file = shown_name(&path.to_string_lossy());
     let open = |error| TetrahedraReadError::Open { file: file.clone(), error };
     let mut opened = File::open(path).map_err(open)?;
@@ -89,6 +104,18 @@ pub fn read_tetrahedra_bytes(
     bytes: &[u8],
     options: &TetrahedraReadOptions,
 ) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
+    rendered(parse(shown_name(name), bytes, options)?)
+}
+
+/// Reads an unstructured grid from a file in memory, with values or without; `name` is for messages.
+///
+/// # Errors
+/// As [`read_grid`].
+pub fn read_grid_bytes(
+    name: &str,
+    bytes: &[u8],
+    options: &TetrahedraReadOptions,
+) -> Result<Grid, TetrahedraReadError> {
     parse(shown_name(name), bytes, options)
 }
 
@@ -110,25 +137,26 @@ enum Format {
 
 impl Format {
     fn of(head: &[u8]) -> Option<Self> {
+        let head = text::without_mark(head);
         if head.starts_with(b"# vtk DataFile Version") {
             return Some(Self::Legacy);
         }
-        let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+        let text = head.trim_ascii_start();
         let begins = text.starts_with(b"<?xml") || text.starts_with(b"<VTKFile") || text.starts_with(b"<!--");
         let grid = &b"UnstructuredGrid"[..];
         (begins && text.windows(grid.len()).any(|window| window == grid)).then_some(Self::Xml)
     }
 }
 
-fn parse(
-    file: String,
-    bytes: &[u8],
-    options: &TetrahedraReadOptions,
-) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
+fn parse(file: String, bytes: &[u8], options: &TetrahedraReadOptions) -> Result<Grid, TetrahedraReadError> {
+    if let Some(found) = text::foreign(bytes) {
+        return Err(TetrahedraReadError::Encoding { file, found });
+    }
     let head = &bytes[..bytes.len().min(HEAD as usize)];
+    let wanted = grid::Wanted::new(options.array.clone());
     let parsed = match Format::of(head) {
-        Some(Format::Legacy) => legacy::read(&file, bytes, options)?,
-        Some(Format::Xml) => vtu::read(&file, bytes, options)?,
+        Some(Format::Legacy) => legacy::read(&file, bytes, options, &wanted)?,
+        Some(Format::Xml) => vtu::read(&file, bytes, options, &wanted)?,
         None => {
             let found = match &head[..head.len().min(40)] {
                 [] => "nothing".to_owned(),
@@ -137,17 +165,5 @@ fn parse(
             return Err(TetrahedraReadError::UnknownFormat { file, found });
         }
     };
-    let mut notices = parsed.notices;
-    notices.extend(parsed.cells.notices());
-    let replaced = parsed.values.iter().filter(|value| !value.is_finite()).count();
-    if replaced > 0 {
-        notices.push(format!("{replaced} values were not finite and are replaced"));
-    }
-    match TetrahedralMesh::new(parsed.points, parsed.cells.corners, parsed.values) {
-        Ok(value) => {
-            notices.extend(loss_notice(value.lattice()));
-            Ok(Loaded { value, notices })
-        }
-        Err(error) => Err(TetrahedraReadError::Mesh { file, error }),
-    }
+    Ok(Grid::new(file, parsed, wanted, options.limits))
 }

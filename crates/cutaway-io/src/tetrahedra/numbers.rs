@@ -18,19 +18,34 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// By the name of a legacy or of an XML file.
-    pub(super) fn named(name: &str) -> Option<Self> {
+    /// By its name in an XML file.
+    pub(super) fn of_xml(name: &str) -> Option<Self> {
         Some(match name.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" | "int8" => Self::I8,
-            "unsigned_char" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "unsigned_short" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "unsigned_int" | "uint32" => Self::U32,
-            "long" | "long_long" | "vtkidtype" | "vtktypeint64" | "int64" => Self::I64,
-            "unsigned_long" | "vtktypeuint64" | "uint64" => Self::U64,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
+            "vtkidtype" => Self::I64,
+            name => Self::named(name)?,
+        })
+    }
+
+    /// By its name in a legacy file, where the numbers of points and cells have four bytes whatever they have in memory.
+    pub(super) fn of_legacy(name: &str) -> Option<Self> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "vtkidtype" => Self::I32,
+            name => Self::named(name)?,
+        })
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "signed_char" | "vtktypeint8" | "int8" => Self::I8,
+            "unsigned_char" | "vtktypeuint8" | "uint8" => Self::U8,
+            "short" | "vtktypeint16" | "int16" => Self::I16,
+            "unsigned_short" | "vtktypeuint16" | "uint16" => Self::U16,
+            "int" | "vtktypeint32" | "int32" => Self::I32,
+            "unsigned_int" | "vtktypeuint32" | "uint32" => Self::U32,
+            "long" | "long_long" | "vtktypeint64" | "int64" => Self::I64,
+            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" | "uint64" => Self::U64,
+            "float" | "vtktypefloat32" | "float32" => Self::F32,
+            "double" | "vtktypefloat64" | "float64" => Self::F64,
             "bit" => Self::Bit,
             _ => return None,
         })
@@ -131,6 +146,7 @@ impl Number for i64 {
     }
 
     fn of_text(text: &str) -> Option<Self> {
-        text.parse().ok()
+        // Some writers put whole numbers as `8.0`.
+        text.parse().ok().or_else(|| text.parse().ok().map(Self::of_float).filter(|index| *index >= 0))
     }
 }

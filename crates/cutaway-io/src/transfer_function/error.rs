@@ -4,6 +4,7 @@ use cutaway_core::transfer_function::TransferFunctionError;
 
 use super::{FunctionFormat, MAX_BYTES, MAX_POINTS};
 use crate::atomic::AtomicWriteError;
+use crate::text::SAVE_AS_UTF_8;
 use crate::volume::error::shown_name;
 
 /// Why a transfer function was not read. Every message is one line and begins with the file.
@@ -23,6 +24,14 @@ pub enum FunctionReadError {
     TooLarge {
         /// The file.
         file: String,
+    },
+    /// Text in an encoding that is not read.
+    #[error("{file}: this is {found}; {SAVE_AS_UTF_8}")]
+    Encoding {
+        /// The file.
+        file: String,
+        /// The encoding.
+        found: &'static str,
     },
     /// None of the formats.
     #[error(

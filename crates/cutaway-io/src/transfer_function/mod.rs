@@ -33,6 +33,7 @@ pub use error::{FunctionReadError, FunctionWriteError};
 pub use ours::TransferFunctionFile;
 
 use crate::atomic::write_atomically;
+use crate::text;
 use crate::volume::Loaded;
 use crate::volume::error::{quoted, shown_name};
 
@@ -160,7 +161,7 @@ pub fn recognize_bytes(bytes: &[u8]) -> Option<FunctionFormat> {
     if bytes.len() as u64 > MAX_BYTES {
         return None;
     }
-    let bytes = without_mark(bytes);
+    let bytes = text::without_mark(bytes);
     let format = FunctionFormat::of_content(bytes)?;
     (format != FunctionFormat::Cutaway || ours::recognize(bytes)).then_some(format)
 }
@@ -200,15 +201,14 @@ fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
-}
-
 fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, FunctionReadError> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(FunctionReadError::TooLarge { file });
     }
-    let bytes = without_mark(bytes);
+    if let Some(found) = text::foreign(bytes) {
+        return Err(FunctionReadError::Encoding { file, found });
+    }
+    let bytes = text::without_mark(bytes);
     match FunctionFormat::of_content(bytes) {
         Some(FunctionFormat::Cutaway) => ours::parse(file, bytes),
         Some(FunctionFormat::ParaView) => paraview::parse(file, bytes),

@@ -4,6 +4,7 @@
 //! lists, each a number of numbers and the numbers: scalar opacity (value, opacity), gradient opacity (gradient, opacity),
 //! colour (value, red, green, blue). Opacities are for one millimetre: the format has no place for another unit.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use cutaway_core::transfer_function::ControlPoint;
@@ -12,6 +13,7 @@ use super::curves::Node;
 use super::join::{self, Lists};
 use super::spaces::ColorSpace;
 use super::{FunctionFile, FunctionReadError, MAX_POINTS};
+use crate::text;
 use crate::volume::Loaded;
 use crate::volume::error::quoted;
 
@@ -31,7 +33,7 @@ const LINES: [&str; 9] = [
 /// Whether text begins as a volume property does: two numbers on two lines, then a line of one word. Spline patches have many
 /// on the second.
 pub(super) fn recognize(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let mut lines = text::lines(bytes).map(<[u8]>::trim_ascii);
     let mut number = || lines.next().and_then(|line| std::str::from_utf8(line).ok()?.parse::<f64>().ok());
     let begins = number().is_some_and(|n| [0.0, 1.0, 2.0].contains(&n)) && number().is_some();
     let third = lines.next().unwrap_or_default();
@@ -41,10 +43,10 @@ pub(super) fn recognize(bytes: &[u8]) -> bool {
 /// The lines of a file.
 struct Reader<'a> {
     file: &'a str,
-    lines: Vec<&'a str>,
+    lines: Vec<Cow<'a, str>>,
 }
 
-impl<'a> Reader<'a> {
+impl Reader<'_> {
     fn error(&self, line: usize, found: &str, expected: impl Into<String>) -> FunctionReadError {
         let file = self.file.to_owned();
         let found = if found.is_empty() { "nothing".to_owned() } else { quoted(found) };
@@ -52,7 +54,7 @@ impl<'a> Reader<'a> {
         FunctionReadError::Line { file, line: line + 1, what: LINES[line], found, expected }
     }
 
-    fn line(&self, line: usize) -> &'a str {
+    fn line(&self, line: usize) -> &str {
         self.lines.get(line).map_or("", |text| text.trim())
     }
 
@@ -92,8 +94,7 @@ impl<'a> Reader<'a> {
 }
 
 pub(super) fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, FunctionReadError> {
-    let text = String::from_utf8_lossy(bytes);
-    let reader = Reader { file: &file, lines: text.lines().collect() };
+    let reader = Reader { file: &file, lines: text::lines(bytes).map(String::from_utf8_lossy).collect() };
     let mut notices = Vec::new();
     let interpolation = reader.number(0)?;
     let [shade, diffuse, ambient, specular, power] = {
@@ -111,7 +112,7 @@ pub(super) fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, 
     let opacities = reader.list(6, 2)?;
     let gradient = reader.list(7, 2)?;
     let colors = reader.list(8, 4)?;
-    if !bytes.ends_with(b"\n") && reader.lines.len() == LINES.len() {
+    if !matches!(bytes.last(), Some(b'\n' | b'\r')) && reader.lines.len() == LINES.len() {
         notices.push("the last line has no end; the file may have been cut off".to_owned());
     }
     if gradient.as_chunks::<2>().0.iter().any(|point| point[1] != 1.0) {

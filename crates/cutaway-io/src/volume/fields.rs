@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use super::error::{Place, ReadError, quoted};
 use super::source::Stream;
+use crate::text::{self, LineEnd};
 
 /// Longest text header that is believed to be one (long lists of files included).
 const LONGEST_HEADER: usize = 16 << 20;
@@ -14,11 +15,13 @@ pub(crate) struct Lines {
     /// Number of the line read last, from 1.
     pub number: usize,
     left: usize,
+    /// As the first line ends.
+    end: Option<LineEnd>,
 }
 
 impl Lines {
     pub(crate) fn new() -> Self {
-        Self { number: 0, left: LONGEST_HEADER }
+        Self { number: 0, left: LONGEST_HEADER, end: None }
     }
 
     /// The next line without its end, or none where the file is over.
@@ -32,7 +35,9 @@ impl Lines {
             if buffer.is_empty() {
                 break;
             }
-            let end = buffer.iter().position(|&b| b == b'\n');
+            // The first line is told by the stream's first buffer, which holds more than any header's first line.
+            let ends = self.end.get_or_insert_with(|| LineEnd::of(buffer));
+            let end = buffer.iter().position(|&b| b == ends.byte());
             let n = end.map_or(buffer.len(), |end| end + 1);
             if n > self.left {
                 return Err(ReadError::Syntax {
@@ -172,7 +177,7 @@ const FIRST_KEYS: [&str; 5] = ["ObjectType", "NDims", "Comment", "ObjectSubType"
 
 /// Whether a file begins as MetaImage headers do: `Key = value` with one of the usual keys.
 pub(crate) fn begins_like_metaimage(content: &[u8]) -> bool {
-    let line = content.split(|&b| b == b'\n').next().unwrap_or_default();
+    let line = text::lines(content).next().unwrap_or_default();
     let Some(end) = line.iter().position(|&b| b == b'=') else { return false };
     let key = line[..end].trim_ascii();
     FIRST_KEYS.iter().any(|known| key.eq_ignore_ascii_case(known.as_bytes()))

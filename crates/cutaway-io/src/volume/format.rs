@@ -2,6 +2,7 @@
 
 use super::error::{ReadError, quoted};
 use super::{ReadOptions, fields, nifti, raw};
+use crate::text;
 
 /// Bytes of a file (and of what is inside a gzip file) that [`detect`] wants to see: a whole NIfTI-2 header.
 pub(crate) const HEAD: u64 = 540;
@@ -19,6 +20,8 @@ pub(crate) enum Format {
     Nrrd,
     MetaImage,
     Raw,
+    /// No volume: JSON that may describe one, or anything else.
+    Json,
 }
 
 /// The format of a file, from its first bytes and the first bytes inside, if it is a gzip file.
@@ -29,7 +32,7 @@ pub(crate) fn detect(
     inside: Option<&[u8]>,
     options: &ReadOptions,
 ) -> Result<Format, ReadError> {
-    let content = inside.unwrap_or(head);
+    let content = text::without_mark(inside.unwrap_or(head));
     let refuse = |found: &str| {
         Err(ReadError::Unsupported {
             file: file.to_owned(),
@@ -41,6 +44,10 @@ pub(crate) fn detect(
         return Ok(format);
     }
     let extension = extension(name);
+    let in_text = matches!(extension.as_str(), "nrrd" | "nhdr" | "mhd" | "mha");
+    if let Some(found) = text::foreign(content).filter(|_| in_text) {
+        return Err(foreign(file, found));
+    }
     let by_name = match extension.as_str() {
         "nii" | "hdr" => Some(Format::Nifti),
         "img" => Some(Format::NiftiPair),
@@ -56,12 +63,11 @@ pub(crate) fn detect(
     if options.raw.is_described() || raw::is_described_by_name(name) {
         return Ok(Format::Raw);
     }
+    if let Some(found) = text::foreign(content) {
+        return Err(foreign(file, found));
+    }
     if extension == "json" {
-        return Err(ReadError::Unsupported {
-            file: file.to_owned(),
-            found: "this describes raw voxels and has none itself".to_owned(),
-            hint: "give the .raw file beside it: the description is found by itself",
-        });
+        return Ok(Format::Json);
     }
     if let Some(found) = unsupported(content, &extension) {
         return refuse(found);
@@ -69,6 +75,15 @@ pub(crate) fn detect(
     let shown: String = head.iter().take(12).map(|&b| char::from(b)).collect();
     let found = if head.is_empty() { "nothing (it is empty)".to_owned() } else { quoted(&shown) };
     Err(ReadError::UnknownFormat { file: file.to_owned(), found, hint: DESCRIBE })
+}
+
+/// Text in an encoding that is not read.
+fn foreign(file: &str, found: &str) -> ReadError {
+    ReadError::Unsupported {
+        file: file.to_owned(),
+        found: format!("this is {found}"),
+        hint: text::SAVE_AS_UTF_8,
+    }
 }
 
 /// A folder, as the file of a volume.

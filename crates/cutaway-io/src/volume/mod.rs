@@ -20,6 +20,7 @@
 //! ```
 
 mod ascii;
+mod description;
 mod detached;
 pub(crate) mod error;
 mod fields;
@@ -42,6 +43,7 @@ pub use raw::{RawOptions, UnknownVoxelType};
 pub use source::{DiskFolder, Folder, MemoryFolder, OpenError, ReadSeek, Source};
 
 use crate::limits::Limits;
+use crate::text;
 use format::Format;
 use layout::Layout;
 use source::Stream;
@@ -90,7 +92,8 @@ pub fn recognize(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let head = source::open_file(path).and_then(|mut source| source.head(format::HEAD));
     head.is_ok_and(|(head, inside)| {
-        format::detect("", &name, &head, inside.as_deref(), &ReadOptions::default()).is_ok()
+        let format = format::detect("", &name, &head, inside.as_deref(), &ReadOptions::default());
+        format.is_ok_and(|format| format != Format::Json)
     })
 }
 
@@ -129,12 +132,20 @@ fn read_source(
     let stream = |source| {
         if inside.is_some() { Stream::gunzip(file, source) } else { Stream::plain(file, source) }
     };
+    // The text of a header may begin with a mark that says nothing.
+    let text = |source| {
+        let mut stream = stream(source);
+        let marked = inside.as_deref().unwrap_or(&head).starts_with(text::MARK);
+        let skipped = stream.skip(if marked { text::MARK.len() as u64 } else { 0 });
+        skipped.map(|_| stream).map_err(|error| ReadError::Io { file: file.to_owned(), offset: 0, error })
+    };
     let value = match format {
         Format::Nifti => nifti::read(&mut ctx, stream(source), name),
         Format::NiftiPair => nifti::read_pair(&mut ctx, stream(source), name),
-        Format::Nrrd => nrrd::read(&mut ctx, stream(source)),
-        Format::MetaImage => metaimage::read(&mut ctx, stream(source)),
+        Format::Nrrd => nrrd::read(&mut ctx, text(source)?),
+        Format::MetaImage => metaimage::read(&mut ctx, text(source)?),
         Format::Raw => raw::read(&mut ctx, source, name),
+        Format::Json => Err(description::refused(file, source)),
     }?;
     Ok(Loaded { value, notices: ctx.notices })
 }

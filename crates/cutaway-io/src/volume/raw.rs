@@ -5,22 +5,17 @@
 //! itself, as the [open-scivis-datasets](https://klacansky.com/open-scivis-datasets/) write it. The world is voxel
 //! times spacing. Nothing checks a raw file but its length, so the length must fit exactly.
 
-use std::io::Read;
-
 use cutaway_core::volume::{Endian, Geometry, Rescale, Volume, VoxelType};
 use glam::DVec3;
-use serde::Deserialize;
 
 use super::Context;
-use super::error::{Place, ReadError, quoted};
+use super::description;
+use super::error::{Place, ReadError};
 use super::layout::{Layout, Shape};
 use super::payload::{self, Encoding, Parts, Payload, Skip};
 use super::source::{Source, Stream};
 
 const DESCRIBE: &str = "name the file like name_256x256x128_uint8.raw, put a .json file with \"dims\" and \"type\" beside it, or give dimensions and type as options";
-
-/// Longest description beside raw data.
-const LONGEST_JSON: u64 = 1 << 20;
 
 /// What raw data are. Whatever is `None` is taken from the JSON file beside the data or from their name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -128,14 +123,14 @@ fn check_spacing(ctx: &Context<'_>, spacing: DVec3) -> Result<(), ReadError> {
 fn describe(ctx: &mut Context<'_>, name: &str) -> Result<RawOptions, ReadError> {
     let given = ctx.options.raw.clone();
     let (dataset, named) = from_name(name).unwrap_or((stem(name), RawOptions::default()));
-    if let Some(beside) = read_json(ctx, &format!("{}.json", stem(name)))? {
+    if let Some(beside) = description::read(ctx, &format!("{}.json", stem(name)))? {
         return Ok(given.or(beside).or(named));
     }
     // `foot_zfp8_256x256x256_uint8.raw` may be a variant of `foot`: what foot.json says counts if it agrees with the
     // name on what the name says.
     let mut parent = Some(dataset);
     while let Some(candidate) = parent.filter(|candidate| *candidate != stem(name) && !candidate.is_empty()) {
-        if let Some(beside) = read_json(ctx, &format!("{candidate}.json"))? {
+        if let Some(beside) = description::read(ctx, &format!("{candidate}.json"))? {
             let agrees = beside.dims == named.dims && beside.voxel_type == named.voxel_type;
             if agrees {
                 return Ok(given.or(beside).or(named));
@@ -170,49 +165,6 @@ fn parse_dims(text: &str) -> Option<[u32; 3]> {
         .map(|word| word.parse().ok().filter(|_| word.bytes().all(|b| b.is_ascii_digit())))
         .collect();
     dims?.try_into().ok()
-}
-
-/// The JSON file beside raw data. Other keys (name, url, licence) are left alone.
-#[derive(Deserialize)]
-struct Description {
-    #[serde(alias = "size")]
-    dims: Option<[u32; 3]>,
-    #[serde(rename = "type")]
-    voxel_type: Option<String>,
-    spacing: Option<[f64; 3]>,
-    big_endian: Option<bool>,
-    header_bytes: Option<u64>,
-}
-
-/// Reads a description, if there is one.
-fn read_json(ctx: &Context<'_>, name: &str) -> Result<Option<RawOptions>, ReadError> {
-    let Ok(source) = ctx.folder.open(name) else { return Ok(None) };
-    let file = ctx.beside(name);
-    let mut text = Vec::new();
-    let read = Stream::plain(&file, source).take(LONGEST_JSON).read_to_end(&mut text);
-    read.map_err(|error| ReadError::Io { file: file.clone(), offset: 0, error })?;
-    let parsed: Description = serde_json::from_slice(&text).map_err(|error| ReadError::Field {
-        file: file.clone(),
-        place: Place::Line(error.line()),
-        field: "json",
-        found: super::error::shown_name(&error.to_string()).into(),
-        expected: "an object with \"dims\" (three integers) and \"type\" (a name like \"uint8\")".to_owned(),
-        hint: "",
-    })?;
-    let voxel_type = match parsed.voxel_type {
-        None => None,
-        Some(name) => Some(VoxelType::from_name(&name).ok_or_else(|| ReadError::Field {
-            file,
-            place: Place::Whole,
-            field: "type",
-            found: quoted(&name).into(),
-            expected:
-                "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32 or float64".to_owned(),
-            hint: "",
-        })?),
-    };
-    let Description { dims, spacing, big_endian, header_bytes, .. } = parsed;
-    Ok(Some(RawOptions { dims, voxel_type, spacing, big_endian, header_bytes }))
 }
 
 #[cfg(test)]

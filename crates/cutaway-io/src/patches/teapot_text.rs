@@ -6,6 +6,7 @@ use cutaway_core::glam::DVec3;
 use cutaway_mesh::patches::{Basis, MAX_CONTROL_POINTS, MAX_COORDINATE, PatchSet};
 
 use super::PatchReadError;
+use crate::text;
 use crate::volume::error::quoted;
 
 /// Lines that are not blank, with their numbers.
@@ -18,7 +19,6 @@ struct Lines<'a> {
 }
 
 pub(super) fn parse(file: String, bytes: &[u8]) -> Result<PatchSet, PatchReadError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = Lines { file, rest: bytes, line: 0 };
     let count = lines.count("patches", MAX_CONTROL_POINTS / 16)?;
     // Lists grow as lines come: what the file claims reserves nothing.
@@ -63,9 +63,8 @@ impl<'a> Lines<'a> {
     /// The next line that is not blank. What is not text is shown as such in messages and is no number.
     fn next(&mut self) -> Option<Cow<'a, str>> {
         while !self.rest.is_empty() {
-            let end = self.rest.iter().position(|b| *b == b'\n').unwrap_or(self.rest.len());
-            let line = &self.rest[..end];
-            self.rest = self.rest.get(end + 1..).unwrap_or_default();
+            let (line, rest) = text::first_line(self.rest);
+            self.rest = rest;
             self.line += 1;
             if !line.trim_ascii().is_empty() {
                 return Some(String::from_utf8_lossy(line));
