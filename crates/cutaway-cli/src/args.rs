@@ -221,7 +221,7 @@ pub(crate) struct SceneArgs {
 }
 
 /// What raw data are, where neither their name nor a JSON file beside them tells.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Volume file")]
 pub(crate) struct RawArgs {
     /// Voxels along x, y, z of raw data

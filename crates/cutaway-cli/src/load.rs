@@ -12,6 +12,7 @@ use cutaway_io::mesh::{identify, recognize};
 use cutaway_io::named::{NamedVolume, NamedVolumeError, VolumeName, read_named};
 use cutaway_io::samples::{self, SampleError};
 use cutaway_io::scene_file::{VolumeReference, paths};
+use cutaway_io::tetrahedra;
 use cutaway_io::transfer_function::{self, FunctionFormat};
 use cutaway_io::volume::{RawOptions, ReadError, ReadOptions};
 
@@ -123,6 +124,13 @@ fn other_kind(path: &Path, error: ReadError) -> anyhow::Error {
 /// Whether an argument names a mesh file. What is described as raw data is none.
 pub(crate) fn is_mesh(name: &OsStr, raw: &RawArgs) -> bool {
     !is_volume(name, raw) && recognize(Path::new(name)).is_some()
+}
+
+/// Whether an argument names a file of an unstructured grid. What is described as raw data is none.
+pub(crate) fn is_grid(name: &OsStr, raw: &RawArgs) -> bool {
+    // Of a grid, the volume index means a time step.
+    let raw = RawArgs { volume_index: None, ..raw.clone() };
+    !is_volume(name, &raw) && tetrahedra::recognize(Path::new(name))
 }
 
 /// What kind of transfer function an argument names, if it names one. What is described as raw data is none.

@@ -6,6 +6,7 @@
 
 pub mod atomic;
 pub mod image;
+pub(crate) mod json_words;
 pub mod limits;
 pub mod mesh;
 pub mod named;

@@ -61,8 +61,12 @@ fn unknown_and_unsupported_formats_name_what_is_supported() {
     let dicom = [vec![0; 128], b"DICM".to_vec()].concat();
     assert!(error("IM0001", &dicom).starts_with("IM0001: DICOM is not supported yet"));
     assert_eq!(
-        error("foot.json", b"{}"),
+        error("foot.json", b"{\"size\": [1, 2, 3]}"),
         "foot.json: this describes raw voxels and has none itself; give the .raw file beside it: the description is found by itself"
+    );
+    assert_eq!(
+        error("foot.json", b"{}"),
+        "foot.json: this is JSON and neither a volume nor a description of raw voxels; a description has \"dims\" and \"type\""
     );
     let folder = read_volume(Path::new(env!("CARGO_MANIFEST_DIR")), &ReadOptions::default());
     assert!(
@@ -156,7 +160,7 @@ fn sizes_are_held_against_the_file_and_the_limit() {
             &nrrd("3 4 5", "2048 2048 2048"),
             &ReadOptions { limits, ..ReadOptions::default() }
         ),
-        "a.nrrd: 2048 x 2048 x 2048 int16 voxels need 16.0 GiB, more than the limit of 1.0 GiB; raise the memory limit or convert the file to a smaller one"
+        "a.nrrd: 2048 x 2048 x 2048 int16 voxels need 16.0 GiB, more than the limit of 1.0 GiB; crop or resample the data first, or take a machine with more memory"
     );
     assert!(error("a.mha", &meta("3 4 5", "4294967295 4294967295 4294967295")).contains("need 16.0 EiB"));
     assert_eq!(

@@ -1,8 +1,8 @@
 //! Text is read alike whatever editor saved it: with a byte order mark, with any of the three ends of lines; UTF-16 is
 //! refused by name. One test for each format of volumes, grids, transfer functions, patches and scenes.
 
-use cutaway_io::json::read_scene;
 use cutaway_io::patches;
+use cutaway_io::scene_file::read_scene;
 use cutaway_io::tetrahedra::{TetrahedraReadOptions, read_tetrahedra_bytes};
 use cutaway_io::transfer_function::read_transfer_function_bytes;
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
@@ -75,7 +75,7 @@ fn data_behind_a_header_keep_bytes_that_look_like_ends_of_lines() {
                     let read = read_volume_bytes(name, &file, &MemoryFolder::new(), &ReadOptions::default());
                     let volume = read.unwrap().value;
                     let values = [0, 1, 2].map(|x| volume.value_clamped(x, 0, 0));
-                    assert_eq!(values, [f32::from(first), 10.0, 7.0], "{name} {ending:?} {first}");
+                    assert_eq!(values, [f64::from(first), 10.0, 7.0], "{name} {ending:?} {first}");
                 }
             }
         }
@@ -169,7 +169,7 @@ fn report_64_81_patches() {
     for text in [teapot, json] {
         check(&text, &|bytes| {
             let set = patches::read_bytes("p", bytes).map_err(|error| error.to_string())?;
-            Ok(format!("{} {}", set.len(), set.suggested_tolerance()))
+            Ok(format!("{}", set.suggested_tolerance()))
         });
     }
 }

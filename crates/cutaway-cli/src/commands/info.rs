@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{function_info, gpu_info, mesh_info, tetrahedra_info};
 use crate::args::InfoArgs;
-use crate::load::{from_argument, function_format, is_mesh};
+use crate::load::{from_argument, function_format, is_grid, is_mesh};
 use crate::report::{self, wrong_use};
 use crate::values::{shown, shown_range};
 
@@ -56,10 +56,10 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
         let file = file.display();
         return Err(wrong_use(format!("--mesh-space is for meshes; {file} is not recognized as a mesh")));
     }
-    let loaded = from_argument(file, &args.raw)?;
-    if let Some(mesh) = loaded.data.grid() {
-        return tetrahedra_info::run(&loaded, mesh, args.json);
+    if is_grid(file, &args.raw) {
+        return tetrahedra_info::run(file.as_ref(), args.raw.volume_index, args.json);
     }
+    let loaded = from_argument(file, &args.raw)?;
     let info = describe(&loaded.name, loaded.lattice(), loaded.notices.clone());
     let text = if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { text(&info) };
     report::print(&text)

@@ -29,6 +29,7 @@ use std::path::Path;
 
 use cutaway_mesh::patches::{PatchError, PatchSet};
 
+use crate::json_words;
 use crate::text::{self, SAVE_AS_UTF_8};
 use crate::volume::error::{quoted, shown_name};
 
@@ -84,7 +85,10 @@ pub enum PatchReadError {
         expected: String,
     },
     /// Not JSON, or not a surface; serde's message names field, line and column.
-    #[error("{file}: not a surface of patches: {}; docs/formats.md describes the fields", shown(error))]
+    #[error(
+        "{file}: not a surface of patches: {}; docs/formats.md describes the fields",
+        json_words::plain(error)
+    )]
     Json {
         /// The file.
         file: String,
@@ -113,17 +117,6 @@ pub enum PatchReadError {
         /// Which patch or point, and why.
         error: PatchError,
     },
-}
-
-/// What serde says, on one line of bearable length: it repeats names from the file as they are.
-fn shown(error: &serde_json::Error) -> String {
-    const LONGEST: usize = 200;
-    let text = shown_name(&error.to_string());
-    let place = format!(" at line {} column {}", error.line(), error.column());
-    let what = text.strip_suffix(&place).unwrap_or(&text);
-    let short: String = what.chars().take(LONGEST).collect();
-    let dots = if short.len() < what.len() { "..." } else { "" };
-    format!("{short}{dots}{place}")
 }
 
 /// Reads the patches in the file at `path`.

@@ -88,7 +88,7 @@ pub enum TetrahedraReadError {
     },
     /// A grid larger than the limit.
     #[error(
-        "{file}: {what} need {}, more than the limit of {}; raise the memory limit or take a smaller grid",
+        "{file}: {what} need {}, more than the limit of {}; take a smaller grid, or a machine with more memory",
         bytes_text(*needed), bytes_text(*limit)
     )]
     TooLarge {

@@ -6,7 +6,7 @@ use cutaway_core::tetrahedra::TetrahedralMesh;
 use super::cells::Tetrahedra;
 use super::error::TetrahedraReadError as Error;
 use crate::limits::Limits;
-use crate::volume::Place;
+use crate::volume::{Loaded, Place, loss_notice};
 use crate::volume::error::quoted;
 
 /// The most arrays that are remembered for messages.
@@ -207,6 +207,17 @@ impl Grid {
             }
         }
         notices
+    }
+
+    /// The grid as it is rendered, and what its user should know.
+    ///
+    /// # Errors
+    /// As [`Grid::into_mesh`].
+    pub fn into_loaded(self) -> Result<Loaded<TetrahedralMesh>, Error> {
+        let mut notices = self.notices();
+        let value = self.into_mesh()?;
+        notices.extend(loss_notice(value.lattice()));
+        Ok(Loaded { value, notices })
     }
 
     /// The grid as it is rendered. Values on cells become values on points that no two tetrahedra share.

@@ -35,7 +35,7 @@ pub use grid::{ArrayInfo, Grid, On};
 use crate::limits::Limits;
 use crate::text;
 use crate::volume::error::{quoted, shown_name};
-use crate::volume::{Loaded, loss_notice};
+use crate::volume::Loaded;
 
 /// How to read an unstructured grid.
 #[derive(Clone, Debug, Default)]
@@ -61,14 +61,7 @@ pub fn read_tetrahedra(
     path: &Path,
     options: &TetrahedraReadOptions,
 ) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
-    rendered(read_grid(path, options)?)
-}
-
-fn rendered(grid: Grid) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
-    let mut notices = grid.notices();
-    let value = grid.into_mesh()?;
-    notices.extend(loss_notice(value.lattice()));
-    Ok(Loaded { value, notices })
+    read_grid(path, options)?.into_loaded()
 }
 
 /// Reads the unstructured grid in the file at `path`, with values or without.
@@ -104,7 +97,7 @@ pub fn read_tetrahedra_bytes(
     bytes: &[u8],
     options: &TetrahedraReadOptions,
 ) -> Result<Loaded<TetrahedralMesh>, TetrahedraReadError> {
-    rendered(parse(shown_name(name), bytes, options)?)
+    parse(shown_name(name), bytes, options)?.into_loaded()
 }
 
 /// Reads an unstructured grid from a file in memory, with values or without; `name` is for messages.

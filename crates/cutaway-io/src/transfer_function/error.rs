@@ -4,8 +4,8 @@ use cutaway_core::transfer_function::TransferFunctionError;
 
 use super::{FunctionFormat, MAX_BYTES, MAX_POINTS};
 use crate::atomic::AtomicWriteError;
+use crate::json_words;
 use crate::text::SAVE_AS_UTF_8;
-use crate::volume::error::shown_name;
 
 /// Why a transfer function was not read. Every message is one line and begins with the file.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +18,16 @@ pub enum FunctionReadError {
         file: String,
         /// What the system said.
         error: std::io::Error,
+    },
+    /// No colour map of the name asked for.
+    #[error("{file}: found no colour map {name}; there are {known}")]
+    NoMap {
+        /// The file.
+        file: String,
+        /// The name asked for, quoted.
+        name: String,
+        /// Names of some of those that there are.
+        known: String,
     },
     /// Far more than a transfer function can be.
     #[error("{file}: larger than {MAX_BYTES} bytes; this is not a transfer function")]
@@ -44,7 +54,7 @@ pub enum FunctionReadError {
         found: String,
     },
     /// Not JSON, or not what the format has; serde's message names field, line and column.
-    #[error("{file}: not {}: {}{}", format.article(), shown(error), format.hint())]
+    #[error("{file}: not {}: {}{}", format.article(), json_words::plain(error), format.hint())]
     Json {
         /// The file.
         file: String,
@@ -112,15 +122,4 @@ pub enum FunctionWriteError {
     /// The file was not written.
     #[error(transparent)]
     Write(#[from] AtomicWriteError<std::io::Error>),
-}
-
-/// What serde says, on one line of bearable length: it repeats names from the file as they are.
-fn shown(error: &serde_json::Error) -> String {
-    const LONGEST: usize = 200;
-    let text = shown_name(&error.to_string());
-    let place = format!(" at line {} column {}", error.line(), error.column());
-    let what = text.strip_suffix(&place).unwrap_or(&text);
-    let short: String = what.chars().take(LONGEST).collect();
-    let dots = if short.len() < what.len() { "..." } else { "" };
-    format!("{short}{dots}{place}")
 }

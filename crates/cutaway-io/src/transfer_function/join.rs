@@ -6,6 +6,7 @@ use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 use super::curves::{self, Node, Polyline};
 use super::spaces::ColorSpace;
 use super::{FunctionReadError, MAX_POINTS};
+use crate::volume::error::number;
 
 /// Factors of light beyond this are refused, as in a scene.
 const LARGEST_FACTOR: f64 = 1e6;
@@ -89,18 +90,18 @@ fn checked<const N: usize>(
     for (index, node) in nodes.iter_mut().enumerate() {
         let at = |what: &str| format!("{list}, point {index}, {what}");
         if !node.x.is_finite() {
-            return field(at("value"), node.x.to_string(), "a finite number");
+            return field(at("value"), number(node.x), "a finite number");
         }
         for y in &mut node.y {
             if !(-SLACK..=1.0 + SLACK).contains(y) {
                 let what = if N == 1 { "opacity" } else { "color" };
-                return field(at(what), y.to_string(), "0 to 1");
+                return field(at(what), number(*y), "0 to 1");
             }
             *y = y.clamp(0.0, 1.0);
         }
         for (what, share) in [("midpoint", node.midpoint), ("sharpness", node.sharpness)] {
             if !(0.0..=1.0).contains(&share) {
-                return field(at(what), share.to_string(), "0 to 1");
+                return field(at(what), number(share), "0 to 1");
             }
         }
     }
@@ -115,7 +116,7 @@ pub(super) fn unit_distance(file: &str, field: &str, found: f64) -> Result<f64, 
     Err(FunctionReadError::Field {
         file: file.to_owned(),
         field: field.to_owned(),
-        found: found.to_string(),
+        found: number(found),
         expected: "a length above 0, of 1e-30 to 1e30".to_owned(),
     })
 }
@@ -132,7 +133,7 @@ pub(super) fn lighting(
             return Err(FunctionReadError::Field {
                 file: file.to_owned(),
                 field: name.to_owned(),
-                found: factor.to_string(),
+                found: number(factor),
                 expected: "0 to 1000000".to_owned(),
             });
         }

@@ -16,6 +16,7 @@
 mod curves;
 mod error;
 mod join;
+mod lenient;
 mod ours;
 mod paraview;
 mod slicer_json;
@@ -24,7 +25,7 @@ mod spaces;
 
 use std::fs::File;
 use std::io::{Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use cutaway_core::lighting::Lighting;
 use cutaway_core::transfer_function::TransferFunction;
@@ -37,12 +38,11 @@ use crate::text;
 use crate::volume::Loaded;
 use crate::volume::error::{quoted, shown_name};
 
-/// The largest file that is read: as many points as a function may have take a fifth of it.
-const MAX_BYTES: u64 = 64 << 20;
+/// The largest file that is read: as many points as a function may have take a third of it.
+const MAX_BYTES: u64 = 256 << 20;
 
-/// The most points of a function, and of each of the lists that it is joined from. Tables for rendering have no more
-/// entries, so that more could not be seen.
-pub const MAX_POINTS: usize = 65_536;
+/// The most points of a function, and of each of the lists that it is joined from; as many as in a scene file.
+pub const MAX_POINTS: usize = 1_000_000;
 
 /// The formats of transfer functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -84,7 +84,7 @@ impl FunctionFormat {
     /// What a file is by its content, damaged or not.
     fn of_content(bytes: &[u8]) -> Option<Self> {
         let has = |key: &[u8]| bytes.windows(key.len()).any(|window| window == key);
-        match bytes.trim_ascii_start().first()? {
+        match lenient::begin(bytes).first()? {
             b'{' | b'[' if has(b"\"volumeProperties\"") => Some(Self::SlicerJson),
             b'{' | b'[' if has(b"\"RGBPoints\"") || has(b"\"IndexedColors\"") => Some(Self::ParaView),
             b'{' => Some(Self::Cutaway),
@@ -129,14 +129,28 @@ impl FunctionFile {
     }
 }
 
-/// Reads the transfer function in the file at `path`, of any format.
+/// Reads the transfer function in the file at `path`, of any format. `FILE:NAME` names one of the colour maps in a file of
+/// ParaView's that holds several.
 ///
 /// # Errors
 /// See [`FunctionReadError`]: every message names the file, the place, what was found and what was expected.
 pub fn read_transfer_function(path: &Path) -> Result<Loaded<FunctionFile>, FunctionReadError> {
+    let (path, map) = split(path);
     let file = shown_name(&path.to_string_lossy());
-    let bytes = bytes_of(path).map_err(|error| FunctionReadError::Io { file: file.clone(), error })?;
-    parse(file, &bytes)
+    let bytes = bytes_of(&path).map_err(|error| FunctionReadError::Io { file: file.clone(), error })?;
+    parse(file, &bytes, map.as_deref())
+}
+
+/// A path and, behind a colon, the name of one of the colour maps in its file. A file that has the whole name comes first.
+fn split(path: &Path) -> (PathBuf, Option<String>) {
+    let whole = || (path.to_owned(), None);
+    if path.exists() {
+        return whole();
+    }
+    match path.to_str().and_then(|text| text.rsplit_once(':')) {
+        Some((file, map)) if Path::new(file).is_file() => (PathBuf::from(file), Some(map.to_owned())),
+        _ => whole(),
+    }
 }
 
 /// Reads a transfer function from a file in memory; `name` is for messages.
@@ -147,13 +161,25 @@ pub fn read_transfer_function_bytes(
     name: &str,
     bytes: &[u8],
 ) -> Result<Loaded<FunctionFile>, FunctionReadError> {
-    parse(shown_name(name), bytes)
+    parse(shown_name(name), bytes, None)
+}
+
+/// Reads the colour map `map` of a file of ParaView's in memory, which may hold many; `name` is for messages.
+///
+/// # Errors
+/// As [`read_transfer_function`].
+pub fn read_color_map_bytes(
+    name: &str,
+    bytes: &[u8],
+    map: &str,
+) -> Result<Loaded<FunctionFile>, FunctionReadError> {
+    parse(shown_name(name), bytes, Some(map))
 }
 
 /// What the file at `path` is, if it holds a transfer function, damaged or not, rather than a scene, patches, a mesh or
 /// something else; none where it cannot be read.
 pub fn recognize(path: &Path) -> Option<FunctionFormat> {
-    recognize_bytes(&bytes_of(path).ok()?)
+    recognize_bytes(&bytes_of(&split(path).0).ok()?)
 }
 
 /// As [`recognize`], of a file in memory.
@@ -201,7 +227,7 @@ fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, FunctionReadError> {
+fn parse(file: String, bytes: &[u8], map: Option<&str>) -> Result<Loaded<FunctionFile>, FunctionReadError> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(FunctionReadError::TooLarge { file });
     }
@@ -209,9 +235,15 @@ fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, FunctionRea
         return Err(FunctionReadError::Encoding { file, found });
     }
     let bytes = text::without_mark(bytes);
-    match FunctionFormat::of_content(bytes) {
+    let format = FunctionFormat::of_content(bytes);
+    if let Some(name) = map.filter(|_| format != Some(FunctionFormat::ParaView)) {
+        let (name, known) =
+            (quoted(name), "none: only files of ParaView's colour maps have several".to_owned());
+        return Err(FunctionReadError::NoMap { file, name, known });
+    }
+    match format {
         Some(FunctionFormat::Cutaway) => ours::parse(file, bytes),
-        Some(FunctionFormat::ParaView) => paraview::parse(file, bytes),
+        Some(FunctionFormat::ParaView) => paraview::parse(file, bytes, map),
         Some(FunctionFormat::Slicer) => slicer_text::parse(file, bytes),
         Some(FunctionFormat::SlicerJson) => slicer_json::parse(file, bytes),
         None => {

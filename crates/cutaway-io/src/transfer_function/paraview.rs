@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::curves::Node;
 use super::join::{self, Lists};
 use super::spaces::ColorSpace;
-use super::{FunctionFile, FunctionFormat, FunctionReadError};
+use super::{FunctionFile, FunctionFormat, FunctionReadError, lenient};
 use crate::volume::Loaded;
 use crate::volume::error::quoted;
 
@@ -53,9 +53,39 @@ fn called(map: &Map) -> String {
     quoted(map.name.as_deref().unwrap_or(""))
 }
 
-pub(super) fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, FunctionReadError> {
+/// The map of a name, in any case where none is spelt alike; the first that has colours by value where none is asked for.
+fn choose(file: &str, maps: Vec<Map>, wanted: Option<&str>) -> Result<Map, FunctionReadError> {
+    const SHOWN: usize = 12;
+    let mut maps: Vec<Map> = maps.into_iter().filter(|map| map.colors.is_some()).collect();
+    let Some(wanted) = wanted else {
+        return maps.into_iter().next().ok_or_else(|| FunctionReadError::Field {
+            file: file.to_owned(),
+            field: "RGBPoints".to_owned(),
+            found: "only colours for categories".to_owned(),
+            expected: "a map with colours by value".to_owned(),
+        });
+    };
+    let name = |map: &Map| map.name.clone().unwrap_or_default();
+    let found = maps.iter().position(|map| name(map) == wanted);
+    let found =
+        found.or_else(|| maps.iter().position(|map| name(map).to_lowercase() == wanted.to_lowercase()));
+    if let Some(found) = found {
+        return Ok(maps.swap_remove(found));
+    }
+    let known: Vec<String> = maps.iter().take(SHOWN).map(called).collect();
+    let more = if maps.len() > SHOWN { format!(" and {} more", maps.len() - SHOWN) } else { String::new() };
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") + &more };
+    Err(FunctionReadError::NoMap { file: file.to_owned(), name: quoted(wanted), known })
+}
+
+pub(super) fn parse(
+    file: String,
+    bytes: &[u8],
+    wanted: Option<&str>,
+) -> Result<Loaded<FunctionFile>, FunctionReadError> {
     // An untagged enum of the two would forget where an error is.
-    let list = bytes.trim_ascii_start().first() == Some(&b'[');
+    let list = lenient::begin(bytes).first() == Some(&b'[');
+    let bytes = &lenient::strict(bytes);
     let maps: Result<Vec<Map>, _> =
         if list { serde_json::from_slice(bytes) } else { serde_json::from_slice(bytes).map(|one| vec![one]) };
     let maps = match maps {
@@ -64,16 +94,12 @@ pub(super) fn parse(file: String, bytes: &[u8]) -> Result<Loaded<FunctionFile>, 
     };
     let count = maps.len();
     let mut notices = Vec::new();
-    let Some(map) = maps.into_iter().find(|map| map.colors.is_some()) else {
-        return Err(FunctionReadError::Field {
-            file,
-            field: "RGBPoints".to_owned(),
-            found: "only colours for categories".to_owned(),
-            expected: "a map with colours by value".to_owned(),
-        });
-    };
-    if count > 1 {
-        notices.push(format!("the file holds {count} colour maps; {} was taken", called(&map)));
+    let map = choose(&file, maps, wanted)?;
+    if count > 1 && wanted.is_none() {
+        notices.push(format!(
+            "the file holds {count} colour maps; {} was read; a colon and a name after the file's name choose another",
+            called(&map)
+        ));
     }
     if map.indexed.as_ref().is_some_and(|colors| !colors.is_empty()) {
         notices.push("colours for categories (IndexedColors) were left out".to_owned());

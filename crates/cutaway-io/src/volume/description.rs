@@ -6,10 +6,10 @@ use cutaway_core::volume::VoxelType;
 use serde::Deserialize;
 
 use super::Context;
-use super::error::{Place, ReadError, quoted, shown_name};
+use super::error::{Place, ReadError, quoted};
 use super::raw::RawOptions;
 use super::source::{Source, Stream};
-use crate::text;
+use crate::{json_words, text};
 
 /// Longest description beside raw data.
 const LONGEST: u64 = 1 << 20;
@@ -40,7 +40,7 @@ pub(super) fn read(ctx: &Context<'_>, name: &str) -> Result<Option<RawOptions>, 
         file: file.clone(),
         place: Place::Line(error.line()),
         field: "json",
-        found: shown_name(&error.to_string()).into(),
+        found: json_words::plain(&error).into(),
         expected: "an object with \"dims\" (three integers) and \"type\" (a name like \"uint8\")".to_owned(),
         hint: "",
     })?;
@@ -81,12 +81,12 @@ pub(super) fn refused(file: &str, source: Source<'_>) -> ReadError {
             return refused("this is JSON and holds no voxels".to_owned(), "give a file of voxels");
         }
         Err(error) => {
-            let found = format!("this is not JSON, as its name says: {}", shown_name(&error.to_string()));
+            let found = format!("this is not JSON, as its name says: {}", json_words::plain(&error));
             return refused(found, "correct it there");
         }
     };
     let has = |key: &str| json.get(key).is_some();
-    if (has("dims") || has("size")) && has("type") {
+    if has("dims") || has("size") {
         return refused(
             "this describes raw voxels and has none itself".to_owned(),
             "give the .raw file beside it: the description is found by itself",

@@ -49,6 +49,20 @@ pub(crate) fn open<'f>(
     Ok(Stream::plain(&shown, source))
 }
 
+/// Whether the folder has a file of exactly this name.
+pub(crate) fn exists(folder: &dyn Folder, name: &str) -> bool {
+    plain_name(name).is_ok_and(|name| folder.open(&name).is_ok())
+}
+
+/// What is expected of a pattern that stands for `count` files.
+pub(crate) fn count_text(wanted: &str, of: &str, count: u64) -> String {
+    if count > MOST_FILES as u64 {
+        format!("{wanted}, and at most {MOST_FILES} files, not {of} {count}")
+    } else {
+        format!("{wanted}, not {of} {count}")
+    }
+}
+
 /// The name with `/` between its parts and no `.` among them, or what is wrong with it.
 pub(crate) fn plain_name(name: &str) -> Result<String, &'static str> {
     if name.contains('\0') {

@@ -126,12 +126,12 @@ pub enum ReadError {
         expected: String,
     },
     /// The file goes on where it must end.
-    #[error("{file}: the file has {found} bytes, expected {expected}{}", hinted(hint))]
+    #[error("{file}: the file has {found}, expected {expected}{}", hinted(hint))]
     TooLong {
         /// The file.
         file: String,
-        /// Bytes found.
-        found: u64,
+        /// Bytes found, in words.
+        found: String,
         /// What was expected, in words.
         expected: String,
         /// What to do.
@@ -151,7 +151,7 @@ pub enum ReadError {
     },
     /// A volume larger than the limit.
     #[error(
-        "{file}: {what} need {}, more than the limit of {}; raise the memory limit or convert the file to a smaller one",
+        "{file}: {what} need {}, more than the limit of {}; crop or resample the data first, or take a machine with more memory",
         bytes_text(*needed), bytes_text(*limit)
     )]
     TooLarge {
@@ -225,6 +225,12 @@ pub(crate) fn quoted(text: &str) -> String {
     format!("\"{shown}\"")
 }
 
+/// A number as it may be shown: never as hundreds of digits.
+pub(crate) fn number(value: f64) -> String {
+    let plain = value == 0.0 || !value.is_finite() || (1e-5..1e16).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
 /// A file's name as it may be shown: without control characters.
 pub(crate) fn shown_name(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
@@ -239,5 +245,6 @@ mod tests {
         assert_eq!(quoted("a\n\u{1b}[31mb"), "\"a\\n\\u{1b}[31mb\"");
         assert_eq!(quoted(&"x".repeat(1000)).len(), 65);
         assert_eq!(shown_name("a\nb"), "a\u{fffd}b");
+        assert_eq!([1e-300, -2e300, 0.5, 0.0].map(number), ["1e-300", "-2e300", "0.5", "0"]);
     }
 }

@@ -1,7 +1,6 @@
 //! Text headers: fields with the line they stand on, and what every reader asks of them.
 
 use std::io::BufRead;
-use std::str::FromStr;
 
 use super::error::{Place, ReadError, quoted};
 use super::source::Stream;
@@ -101,9 +100,12 @@ impl Fields {
         Self { file: file.to_owned(), list: Vec::new() }
     }
 
-    /// Adds a field; a second one of its name is an error, for one of the two is wrong.
+    /// Adds a field; a second one of its name with another value is an error, because one of the two is wrong.
     pub(crate) fn add(&mut self, name: &'static str, value: &str, line: usize) -> Result<(), ReadError> {
         if let Some(first) = self.get(name) {
+            if first.value == value.trim() {
+                return Ok(());
+            }
             return Err(ReadError::Field {
                 file: self.file.clone(),
                 place: Place::Line(line),
@@ -156,21 +158,53 @@ impl Fields {
     }
 
     /// A value that is one number.
-    pub(crate) fn number<T: FromStr>(&self, field: &Field, expected: &str) -> Result<T, ReadError> {
-        field.value.parse().map_err(|_| self.wrong(field, expected))
+    pub(crate) fn number<T: HeaderNumber>(&self, field: &Field, expected: &str) -> Result<T, ReadError> {
+        T::of_text(&field.value).ok_or_else(|| self.wrong(field, expected))
     }
 
     /// A value that is `count` numbers between white space.
-    pub(crate) fn numbers<T: FromStr>(
+    pub(crate) fn numbers<T: HeaderNumber>(
         &self,
         field: &Field,
         count: usize,
         what: &str,
     ) -> Result<Vec<T>, ReadError> {
-        let parsed: Option<Vec<T>> = field.value.split_whitespace().map(|word| word.parse().ok()).collect();
+        let parsed: Option<Vec<T>> = words(&field.value).map(T::of_text).collect();
         parsed.filter(|list| list.len() == count).ok_or_else(|| self.wrong(field, format!("{count} {what}")))
     }
 }
+
+/// The words of a value, between blanks or commas.
+pub(crate) fn words(value: &str) -> impl Iterator<Item = &str> {
+    value.split([' ', '\t', ',']).filter(|word| !word.is_empty())
+}
+
+/// A number of a text header. Whole numbers may be written `8.0`, as other readers of these formats take them.
+pub(crate) trait HeaderNumber: Sized {
+    fn of_text(text: &str) -> Option<Self>;
+}
+
+impl HeaderNumber for f64 {
+    fn of_text(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}
+
+macro_rules! whole {
+    ($($t:ty),*) => {$(
+        impl HeaderNumber for $t {
+            fn of_text(text: &str) -> Option<Self> {
+                text.parse().ok().or_else(|| {
+                    // Beyond 2^53 doubles skip whole numbers.
+                    let value: f64 = text.parse().ok().filter(|value: &f64| value.abs() < 9e15)?;
+                    let whole = value as Self;
+                    (whole as f64 == value).then_some(whole)
+                })
+            }
+        }
+    )*};
+}
+whole!(u64, i64, usize);
 
 /// Keys that may begin a MetaImage header.
 const FIRST_KEYS: [&str; 5] = ["ObjectType", "NDims", "Comment", "ObjectSubType", "TransformType"];

@@ -22,6 +22,7 @@
 mod ascii;
 mod description;
 mod detached;
+mod encoding;
 pub(crate) mod error;
 mod fields;
 mod format;

@@ -10,71 +10,19 @@ use std::io::{self, BufRead, Read};
 use std::rc::Rc;
 
 use bzip2::bufread::MultiBzDecoder;
-use cutaway_core::volume::Endian;
 use flate2::bufread::ZlibDecoder;
 
 use super::Context;
 use super::ascii;
 use super::detached;
+pub(crate) use super::encoding::{Encoding, Payload, Skip};
 use super::error::{Place, ReadError};
 use super::layout::{Layout, Span, bytes_exactly};
-use super::source::{GzipMembers, Left, Stream, is_gzip};
+use super::source::{GzipMembers, Left, Stream, has_more_than_zeros, is_gzip};
 use crate::limits::bytes_text;
 
 /// The first growth of a buffer whose size only a header claims.
 const FIRST_CHUNK: u64 = 1 << 20;
-
-/// How data are written in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Encoding {
-    Raw,
-    Gzip,
-    /// Zlib, or gzip where the data begin like that.
-    Zlib,
-    Bzip2,
-    Ascii,
-    Hex,
-}
-
-impl Encoding {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Raw => "raw",
-            Self::Gzip => "gzip",
-            Self::Zlib => "zlib",
-            Self::Bzip2 => "bzip2",
-            Self::Ascii => "text",
-            Self::Hex => "hexadecimal",
-        }
-    }
-
-    /// Byte order of what [`read`] gives, where the header says `endian`.
-    pub(crate) fn endian(self, endian: Endian) -> Endian {
-        if self == Self::Ascii { Endian::Little } else { endian }
-    }
-}
-
-/// What to skip in front of the data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Skip {
-    Bytes(u64),
-    /// The data are the last bytes of what there is.
-    UpToLast,
-}
-
-/// How each part holds its data.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Payload {
-    pub encoding: Encoding,
-    /// Lines to skip, first of all.
-    pub lines: u64,
-    /// Bytes to skip next, before decoding.
-    pub skip: Skip,
-    /// Bytes to skip after decoding; nothing for raw data, which need none.
-    pub skip_decoded: Skip,
-    /// Length of the compressed data, where the header tells.
-    pub compressed: Option<u64>,
-}
 
 /// What holds the data.
 pub(crate) enum Parts<'a> {
@@ -112,7 +60,8 @@ pub(crate) fn read(
             }
         }
     }
-    debug_assert_eq!(out.len(), layout.bytes);
+    debug_assert_eq!(out.len(), layout.bytes_read());
+    layout.pick(&mut out);
     Ok(out)
 }
 
@@ -163,26 +112,58 @@ fn read_part(
         layout,
         span,
     };
+    let mut junk = Ok(false);
     let surplus = match encoding {
-        Encoding::Raw => task.raw(stream, left, out),
-        Encoding::Gzip => task.decode(GzipMembers::new(stream), left.inflated(), out),
+        Encoding::Raw => {
+            let surplus = task.raw(&mut stream, left, out);
+            junk = stream.goes_on();
+            surplus
+        }
+        Encoding::Gzip => {
+            let mut members = GzipMembers::new(stream);
+            let surplus = task.decode(&mut members, left.inflated(), out);
+            junk = members.goes_on();
+            surplus
+        }
         Encoding::Zlib => {
             let gzip = is_gzip(stream.fill_buf().map_err(|error| task.failed(error, 0))?);
             if gzip {
                 task.encoding = Encoding::Gzip;
-                task.decode(GzipMembers::new(stream), left.inflated(), out)
+                let mut members = GzipMembers::new(stream);
+                let surplus = task.decode(&mut members, left.inflated(), out);
+                junk = members.goes_on();
+                surplus
             } else {
-                task.decode(ZlibDecoder::new(stream), left.inflated(), out)
+                let mut decoder = ZlibDecoder::new(stream);
+                let surplus = task.decode(&mut decoder, left.inflated(), out);
+                if matches!(surplus, Ok(None)) && span.from + span.len == span.total {
+                    junk = has_more_than_zeros(&mut decoder.into_inner());
+                }
+                surplus
             }
         }
-        Encoding::Bzip2 => task.decode(MultiBzDecoder::new(stream), Left::AtMost(u64::MAX), out),
+        Encoding::Bzip2 => {
+            let mut decoder = MultiBzDecoder::new(stream);
+            task.decode(&mut decoder, Left::AtMost(u64::MAX), out)
+        }
         Encoding::Hex => {
             task.decode(ascii::HexReader::new(stream), Left::AtMost(left.most().div_ceil(2)), out)
         }
         Encoding::Ascii => task.ascii(stream, left, out),
     }?;
+    if payload.exact && surplus.is_some() {
+        return Err(ReadError::TooLong {
+            file: task.file.clone(),
+            found: format!("more than {}", bytes_exactly(span.total)),
+            expected: layout.describe(span),
+            hint: "correct the dimensions, the type or the number of header bytes",
+        });
+    }
     if let Some(surplus) = surplus {
         ctx.notice(format!("{} goes on after its data: {surplus} ignored", task.file));
+    } else if junk.map_err(|error| task.failed(error, span.total))? {
+        let encoding = if task.encoding == Encoding::Raw { "gzip" } else { task.encoding.name() };
+        ctx.notice(format!("{} goes on after its {encoding} data: the rest ignored", task.file));
     }
     Ok(())
 }
@@ -252,7 +233,7 @@ impl Task<'_> {
     /// Uncompressed data. The result is how much there is beyond them, if anything.
     fn raw(
         &self,
-        mut stream: Stream<'_>,
+        stream: &mut Stream<'_>,
         left: Left,
         out: &mut Vec<u8>,
     ) -> Result<Option<String>, ReadError> {
@@ -448,7 +429,7 @@ impl Task<'_> {
     fn reserve(&self, out: &mut Vec<u8>, n: u64) -> Result<(), ReadError> {
         let n = usize::try_from(n).unwrap_or(usize::MAX);
         // Doubling, but never beyond the volume.
-        let n = n.max(out.len().min(self.layout.bytes.saturating_sub(out.len())));
+        let n = n.max(out.len().min(self.layout.bytes_read().saturating_sub(out.len())));
         if out.capacity() - out.len() >= n {
             return Ok(());
         }
@@ -456,7 +437,7 @@ impl Task<'_> {
     }
 
     fn no_memory(&self) -> ReadError {
-        ReadError::NoMemory { file: self.file.clone(), needed: self.layout.bytes as u64 }
+        ReadError::NoMemory { file: self.file.clone(), needed: self.layout.bytes_read() as u64 }
     }
 
     fn too_short(&self, found: u64) -> ReadError {

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::Context;
 use super::description;
-use super::error::{Place, ReadError};
+use super::error::{Place, ReadError, number};
 use super::layout::{Layout, Shape};
 use super::payload::{self, Encoding, Parts, Payload, Skip};
 use super::source::{Source, Stream};
@@ -78,7 +78,7 @@ pub(crate) fn read(ctx: &mut Context<'_>, mut source: Source<'_>, name: &str) ->
     check_spacing(ctx, spacing)?;
     let endian = if options.big_endian == Some(true) { Endian::Big } else { Endian::Little };
     let header = options.header_bytes.unwrap_or(0);
-    let shape = Shape { dims: dims.map(u64::from), components: 1, volumes: 1 };
+    let shape = Shape { dims: dims.map(u64::from), components: 1, volumes: 1, between: Vec::new() };
     let layout = Layout::new(ctx, shape, voxel, "dims", Place::Whole)?;
     let expected = layout.total_bytes().saturating_add(header);
     let failed = |error| ReadError::Io { file: ctx.file.clone(), offset: 0, error };
@@ -88,7 +88,7 @@ pub(crate) fn read(ctx: &mut Context<'_>, mut source: Source<'_>, name: &str) ->
         let [x, y, z] = dims;
         return Err(ReadError::TooLong {
             file: ctx.file.clone(),
-            found: source.len(),
+            found: format!("{} bytes", source.len()),
             expected: format!("{expected} ({x} x {y} x {z} {} and {header} bytes of header)", voxel.name()),
             hint: "correct the dimensions, the type or the number of header bytes",
         });
@@ -100,6 +100,7 @@ pub(crate) fn read(ctx: &mut Context<'_>, mut source: Source<'_>, name: &str) ->
         skip: Skip::Bytes(header),
         skip_decoded: Skip::Bytes(0),
         compressed: None,
+        exact: true,
     };
     let bytes = payload::read(ctx, &layout, &payload, Parts::Attached(stream))?;
     ctx.finish(&layout, endian, bytes, Rescale::IDENTITY, Geometry::from_spacing(spacing))
@@ -113,7 +114,7 @@ fn check_spacing(ctx: &Context<'_>, spacing: DVec3) -> Result<(), ReadError> {
         file: ctx.file.clone(),
         place: Place::Whole,
         field: "spacing",
-        found: format!("{} {} {}", spacing.x, spacing.y, spacing.z).into(),
+        found: spacing.to_array().map(number).join(" ").into(),
         expected: "three positive numbers".to_owned(),
         hint: "",
     })

@@ -143,14 +143,21 @@ impl Folder for MemoryFolder {
 }
 
 /// The members of a gzip file, one after the other, as gzip's own tool reads them. Bytes after the last member that
-/// do not begin another one are left alone.
+/// do not begin another one are left alone; [`GzipMembers::goes_on`] says whether there are any.
 pub(crate) struct GzipMembers<R> {
     member: Option<GzDecoder<R>>,
+    rest: Option<R>,
 }
 
 impl<R: BufRead> GzipMembers<R> {
     pub(crate) fn new(reader: R) -> Self {
-        Self { member: Some(GzDecoder::new(reader)) }
+        Self { member: Some(GzDecoder::new(reader)), rest: None }
+    }
+
+    /// Whether there is more behind the last member, once that has been read to its end. Zeros do not count: gzip lets
+    /// them pass, as padding of tapes.
+    pub(crate) fn goes_on(&mut self) -> io::Result<bool> {
+        self.rest.as_mut().map_or(Ok(false), has_more_than_zeros)
     }
 }
 
@@ -163,11 +170,30 @@ impl<R: BufRead> Read for GzipMembers<R> {
                 return n;
             }
             let mut rest = member.into_inner();
-            if rest.fill_buf()?.first() == Some(&0x1f) {
+            let next = rest.fill_buf()?;
+            // A buffer may end within the three bytes that tell.
+            if next.first() == Some(&0x1f) && (next.len() < 3 || is_gzip(next)) {
                 self.member = Some(GzDecoder::new(rest));
+            } else {
+                self.rest = Some(rest);
             }
         }
         Ok(0)
+    }
+}
+
+/// Whether anything but zeros is left.
+pub(crate) fn has_more_than_zeros(reader: &mut impl BufRead) -> io::Result<bool> {
+    loop {
+        let buffer = reader.fill_buf()?;
+        if buffer.is_empty() {
+            return Ok(false);
+        }
+        if buffer.iter().any(|byte| *byte != 0) {
+            return Ok(true);
+        }
+        let n = buffer.len();
+        reader.consume(n);
     }
 }
 
@@ -269,6 +295,14 @@ impl<'a> Stream<'a> {
         } as u64;
         self.advance(read);
         Ok(read)
+    }
+
+    /// Whether a compressed file has more behind its compressed data, once those have been read to their end.
+    pub(crate) fn goes_on(&mut self) -> io::Result<bool> {
+        match &mut self.inner {
+            Inner::Plain(_) => Ok(false),
+            Inner::Gzip(reader) => reader.get_mut().goes_on(),
+        }
     }
 
     fn advance(&self, n: u64) {

@@ -18,6 +18,9 @@ pub(super) fn read(
     options: &TetrahedraReadOptions,
     wanted: &Wanted,
 ) -> Result<Parsed, Error> {
+    if let Some(index) = options.time_step.filter(|step| *step > 0) {
+        return Err(Error::TimeStep { file: file.to_owned(), index, steps: 1 });
+    }
     let mut r = Reader::new(file, bytes, options.limits.max_bytes);
     // The version and a title that may be anything.
     r.line();

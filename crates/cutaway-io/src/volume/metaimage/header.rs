@@ -73,6 +73,10 @@ fn parse_line(fields: &mut Fields, line: &str, number: usize) -> Result<(), Read
     }
     // MetaIO takes a colon for an equals sign.
     let Some((key, value)) = line.split_once(['=', ':']) else {
+        // MetaIO skips words that are no key; what is not text is damage.
+        if !line.chars().any(|c| c == '\u{fffd}' || (c.is_control() && c != '\t')) {
+            return Ok(());
+        }
         return Err(ReadError::Syntax {
             file: fields.file.clone(),
             line: number,

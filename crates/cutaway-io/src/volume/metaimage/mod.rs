@@ -1,8 +1,8 @@
 //! MetaImage: a text header (`.mhd`) with its data in other files, or both in one file (`.mha`).
 //!
 //! Documentation: <https://itk.org/Wiki/ITK/MetaIO/Documentation>. Read: binary, zlib-compressed and ASCII data,
-//! local, in one file, in a list or a pattern of files, all scalar types, two to four dimensions (of four, one volume
-//! is taken). Several channels are refused unless one is chosen.
+//! local, in one file, in a list or a pattern of files, all scalar types, two to ten dimensions (of more than three, one
+//! volume is read). Several channels are refused unless one is chosen.
 //!
 //! The world of MetaImage is LPS (as ITK reads and writes it, whatever `AnatomicalOrientation` says) and becomes RAS
 //! here. Row `i` of `TransformMatrix` is the direction of axis `i`.
@@ -17,7 +17,7 @@ use self::header::Header;
 use super::Context;
 use super::detached::{self, Pattern};
 use super::error::{Place, ReadError, TUPLE_HINT};
-use super::fields::{Field, Fields};
+use super::fields::{Field, Fields, words};
 use super::layout::{Layout, Shape};
 use super::payload::{self, Encoding, Parts, Payload, Skip};
 use super::source::Stream;
@@ -29,11 +29,12 @@ pub(super) fn read(ctx: &mut Context<'_>, mut stream: Stream<'_>) -> Result<Volu
     let components = channels(ctx, &fields)?;
     let sizes = sizes(&fields)?;
     let voxel = voxel_type(&fields)?;
-    let geometry = geometry(&fields, sizes.len())?;
+    let geometry = geometry(ctx, &fields, sizes.len())?;
     let mut dims = [1; 3];
     let n = sizes.len().min(3);
     dims[..n].copy_from_slice(&sizes[..n]);
-    let shape = Shape { dims, components, volumes: sizes.get(3).copied().unwrap_or(1) };
+    let volumes = sizes[n..].iter().try_fold(1u64, |all, size| all.checked_mul(*size));
+    let shape = Shape { dims, components, volumes: volumes.unwrap_or(u64::MAX), between: Vec::new() };
     let place = fields.get("DimSize").map_or(Place::Whole, |field| Place::Line(field.line));
     let layout = Layout::new(ctx, shape, voxel, "DimSize", place)?;
     let data = fields.required("ElementDataFile", "LOCAL, LIST or the name of the data file")?;
@@ -43,7 +44,7 @@ pub(super) fn read(ctx: &mut Context<'_>, mut stream: Stream<'_>) -> Result<Volu
     let parts = if local {
         Parts::Attached(stream)
     } else {
-        Parts::Files(data_files(&fields, data, names, &sizes)?, Place::Line(data.line))
+        Parts::Files(data_files(ctx, &fields, data, names, &sizes)?, Place::Line(data.line))
     };
     let bytes = payload::read(ctx, &layout, &payload, parts)?;
     intensity(ctx, &fields);
@@ -73,9 +74,10 @@ fn channels(ctx: &Context<'_>, fields: &Fields) -> Result<u64, ReadError> {
 
 fn sizes(fields: &Fields) -> Result<Vec<u64>, ReadError> {
     let field = fields.required("NDims", "the number of dimensions")?;
-    let count: usize = fields.number(field, "2, 3 or 4")?;
-    if !(2..=4).contains(&count) {
-        return Err(fields.wrong(field, "2, 3 or 4"));
+    let count: usize = fields.number(field, "2 to 10")?;
+    // MetaIO has ten at most.
+    if !(2..=10).contains(&count) {
+        return Err(fields.wrong(field, "2 to 10"));
     }
     let field = fields.required("DimSize", "the number of voxels along each axis")?;
     let sizes: Vec<u64> = fields.numbers(field, count, "sizes, as many as NDims")?;
@@ -87,7 +89,9 @@ fn sizes(fields: &Fields) -> Result<Vec<u64>, ReadError> {
 
 fn voxel_type(fields: &Fields) -> Result<VoxelType, ReadError> {
     let field = fields.required("ElementType", "the type of a voxel, such as MET_SHORT")?;
-    Ok(match field.value.to_ascii_uppercase().as_str() {
+    let name = field.value.to_ascii_uppercase();
+    // MetaIO takes the names of its arrays, too.
+    Ok(match name.strip_suffix("_ARRAY").unwrap_or(&name) {
         "MET_CHAR" => VoxelType::I8,
         "MET_UCHAR" => VoxelType::U8,
         "MET_SHORT" => VoxelType::I16,
@@ -157,14 +161,14 @@ fn payload(fields: &Fields, local: bool, position: u64) -> Result<Payload, ReadE
         }
         _ => None,
     };
-    Ok(Payload { encoding, lines: 0, skip, skip_decoded: Skip::Bytes(0), compressed: size })
+    Ok(Payload { encoding, lines: 0, skip, skip_decoded: Skip::Bytes(0), compressed: size, exact: false })
 }
 
-fn geometry(fields: &Fields, count: usize) -> Result<Geometry, ReadError> {
+fn geometry(ctx: &mut Context<'_>, fields: &Fields, count: usize) -> Result<Geometry, ReadError> {
     let n = count.min(3);
     let mut spacing = DVec3::ONE;
     if let Some(field) = fields.first(&["ElementSpacing", "ElementSize"]) {
-        let numbers: Vec<f64> = fields.numbers(field, count, "distances, as many as NDims")?;
+        let numbers = leading(ctx, fields, field, count, "distances, as many as NDims")?;
         if numbers[..n].iter().any(|d| *d == 0.0 || !d.is_finite()) {
             return Err(fields.wrong(field, "finite distances that are not 0"));
         }
@@ -183,7 +187,7 @@ fn geometry(fields: &Fields, count: usize) -> Result<Geometry, ReadError> {
     }
     let mut origin = DVec3::ZERO;
     if let Some(field) = fields.first(&["Offset", "Position", "Origin"]) {
-        let numbers: Vec<f64> = fields.numbers(field, count, "coordinates, as many as NDims")?;
+        let numbers = leading(ctx, fields, field, count, "coordinates, as many as NDims")?;
         origin = padded(&numbers[..n], 0.0);
         if !origin.is_finite() {
             return Err(fields.wrong(field, "finite coordinates"));
@@ -193,6 +197,24 @@ fn geometry(fields: &Fields, count: usize) -> Result<Geometry, ReadError> {
     Ok(Geometry { world_from_voxel: ras_from_lps() * affine, frame: WorldFrame::Ras })
 }
 
+/// The first `count` numbers of a field that may have more of them, as ITK reads it.
+fn leading(
+    ctx: &mut Context<'_>,
+    fields: &Fields,
+    field: &Field,
+    count: usize,
+    what: &str,
+) -> Result<Vec<f64>, ReadError> {
+    let found = words(&field.value).count();
+    if found <= count {
+        return fields.numbers(field, count, what);
+    }
+    let mut numbers = fields.numbers(field, found, what)?;
+    numbers.truncate(count);
+    ctx.notice(format!("`{}` has {found} numbers for {count} axes: the first {count} are used", field.name));
+    Ok(numbers)
+}
+
 /// Three numbers from two or three.
 fn padded(numbers: &[f64], rest: f64) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|i| numbers.get(i).copied().unwrap_or(rest)))
@@ -200,6 +222,7 @@ fn padded(numbers: &[f64], rest: f64) -> DVec3 {
 
 /// The names of the data files.
 fn data_files(
+    ctx: &Context<'_>,
     fields: &Fields,
     data: &Field,
     names: Vec<String>,
@@ -217,15 +240,15 @@ fn data_files(
         }
         return Ok(names);
     }
-    if !data.value.contains('%') {
-        return Ok(vec![data.value.clone()]);
-    }
     let slices = sizes[sizes.len() - 1];
-    let (pattern, range) = pattern(data, slices).ok_or_else(|| {
-        fields.wrong(data, "a name with one number in it and its range, as in slice%03d.raw 1 10 1")
-    })?;
+    // What exists under its own name is no pattern, whatever signs are in it; nor is what has no `%d` in it.
+    let there = detached::exists(ctx.folder, &data.value);
+    let Some((pattern, range)) = pattern(data, slices).filter(|_| !there) else {
+        return Ok(vec![data.value.clone()]);
+    };
     detached::names(&pattern, range, |count| count == slices).map_err(|count| {
-        fields.wrong(data, format!("a range of {slices} numbers, one for each slice, not of {count}"))
+        let wanted = format!("a range of {slices} numbers, one for each slice");
+        fields.wrong(data, detached::count_text(&wanted, "of", count))
     })
 }
 

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 
 use super::{field_error, shown_magic};
 use crate::volume::Context;
-use crate::volume::error::ReadError;
+use crate::volume::error::{ReadError, TUPLE_HINT, number};
 
 pub(crate) const LENGTH_1: usize = 348;
 pub(crate) const LENGTH_2: usize = 540;
@@ -16,6 +16,7 @@ struct Offsets {
     length: usize,
     magic: usize,
     dim: usize,
+    intent: usize,
     datatype: usize,
     bitpix: usize,
     pixdim: usize,
@@ -34,6 +35,7 @@ const VERSION_1: Offsets = Offsets {
     length: LENGTH_1,
     magic: 344,
     dim: 40,
+    intent: 68,
     datatype: 70,
     bitpix: 72,
     pixdim: 76,
@@ -52,6 +54,7 @@ const VERSION_2: Offsets = Offsets {
     length: LENGTH_2,
     magic: 4,
     dim: 16,
+    intent: 504,
     datatype: 12,
     bitpix: 14,
     pixdim: 104,
@@ -101,11 +104,25 @@ pub(super) fn is_version_2(head: &[u8]) -> bool {
 /// The header's first field, its own length, which tells the version and the byte order.
 fn length_field(head: &[u8]) -> Option<(usize, Endian)> {
     let field: [u8; 4] = head.get(..4)?.try_into().ok()?;
-    [LENGTH_1, LENGTH_2].into_iter().find_map(|length| {
+    let stated = [LENGTH_1, LENGTH_2].into_iter().find_map(|length| {
         let little = u32::from_le_bytes(field) as usize == length;
         let big = u32::from_be_bytes(field) as usize == length;
         (little || big).then_some((length, if little { Endian::Little } else { Endian::Big }))
-    })
+    });
+    stated.or_else(|| Some((LENGTH_1, unstated_order(head)?)))
+}
+
+/// The byte order of a header of the first version that has its magic, but not its own length in front, as some writers
+/// leave it: the order in which the number of dimensions makes sense.
+fn unstated_order(head: &[u8]) -> Option<Endian> {
+    if !matches!(head.get(344..348), Some(b"n+1\0" | b"ni1\0")) {
+        return None;
+    }
+    match head.get(40..42) {
+        Some([1..=7, 0]) => Some(Endian::Little),
+        Some([0, 1..=7]) => Some(Endian::Big),
+        _ => None,
+    }
 }
 
 /// The header's bytes, read in its byte order.
@@ -172,6 +189,7 @@ impl Header {
                 return Err(field_error(ctx, raw.at.magic as u64, "magic", shown_magic(magic), expected));
             }
         };
+        check_intent(ctx, &raw)?;
         let (dims, volumes) = dimensions(ctx, &raw)?;
         let voxel = voxel_type(ctx, &raw)?;
         Ok(Self {
@@ -207,6 +225,32 @@ fn recognise<'b>(ctx: &Context<'_>, bytes: &'b [u8]) -> Result<Raw<'b>, ReadErro
     }
     let at = if length == LENGTH_1 { &VERSION_1 } else { &VERSION_2 };
     Ok(Raw { bytes, endian, at })
+}
+
+/// Refuses what is no volume of numbers, by its intent code.
+fn check_intent(ctx: &Context<'_>, raw: &Raw<'_>) -> Result<(), ReadError> {
+    let code = raw.code(raw.at.intent);
+    let refused = |what: &str, hint| {
+        let (file, found) = (ctx.file.clone(), format!("the intent code is {code}: {what}"));
+        Err(ReadError::Unsupported { file, found, hint })
+    };
+    let not_here = "a volume has its values in voxels; convert the file, or give the scan that it belongs to";
+    match code {
+        3000..=3099 => refused("values on a surface or between regions (CIFTI), not a volume", not_here),
+        1008 => refused("points of a surface, not a volume", not_here),
+        1009 => refused("triangles of a surface, not a volume", not_here),
+        1004 | 1005 | 1006 | 1007 | 1010 | 2003 | 2004 if ctx.options.volume_index.is_none() => {
+            let what = match code {
+                1004 | 1005 => "a matrix per voxel",
+                1006 => "a displacement per voxel",
+                1007 => "a vector per voxel",
+                1010 => "a quaternion per voxel",
+                _ => "a colour per voxel",
+            };
+            refused(what, TUPLE_HINT)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Voxels along x, y, z, and how many volumes the further dimensions make.
@@ -281,8 +325,11 @@ fn data_offset(ctx: &mut Context<'_>, raw: &Raw<'_>, pair: bool) -> Result<u64, 
         (u64::try_from(value).ok(), value.to_string())
     } else {
         let value = raw.real(raw.at.vox_offset, 0);
-        let whole = value.fract() == 0.0 && (0.0..9.0e15).contains(&value);
-        (whole.then_some(value as u64), value.to_string())
+        if value.fract() != 0.0 && value >= least as f64 {
+            ctx.notice(format!("vox_offset is {value}: {} is used", value.floor()));
+        }
+        let whole = (0.0..9.0e15).contains(&value);
+        (whole.then_some(value as u64), number(value))
     };
     match offset {
         Some(0) if !pair => {
@@ -323,7 +370,7 @@ fn geometry(ctx: &mut Context<'_>, raw: &Raw<'_>) -> Geometry {
     }
     let spacing = spacing(ctx, raw);
     if raw.code(raw.at.qform_code) > 0 {
-        let affine = qform(raw, spacing);
+        let affine = qform(ctx, raw, spacing);
         if is_invertible(&affine) {
             return placed(affine);
         }
@@ -358,12 +405,22 @@ fn sform(raw: &Raw<'_>) -> DAffine3 {
     DAffine3::from_mat3_translation(rows.transpose(), DVec3::new(x.w, y.w, z.w))
 }
 
-fn qform(raw: &Raw<'_>, spacing: DVec3) -> DAffine3 {
+fn qform(ctx: &mut Context<'_>, raw: &Raw<'_>, spacing: DVec3) -> DAffine3 {
     let v = raw.reals(raw.at.quatern, 0);
+    if !v.is_finite() {
+        // Not invertible: the caller says that it is ignored.
+        return DAffine3::from_scale(DVec3::NAN);
+    }
     // b, c, d are the vector part of a unit quaternion. Where they are of unit length but for rounding, the rotation
     // is by half a turn; the root would make a visible angle of the rounding error.
     let epsilon = if raw.second_version() { f64::EPSILON } else { f64::from(f32::EPSILON) };
     let rest = 1.0 - v.length_squared();
+    if rest < -10.0 * epsilon {
+        let square = number(v.length_squared());
+        ctx.notice(format!(
+            "quatern_b, _c and _d of the qform have squares that sum to {square}, more than 1: made a unit quaternion"
+        ));
+    }
     let rotation = if rest > 3.0 * epsilon {
         DQuat::from_xyzw(v.x, v.y, v.z, rest.sqrt())
     } else {
@@ -384,8 +441,9 @@ fn spacing(ctx: &mut Context<'_>, raw: &Raw<'_>) -> DVec3 {
     let needed = raw.dim(0).clamp(1, 3) as usize;
     if found.to_array()[..needed] != repaired.to_array()[..needed] {
         ctx.notice(format!(
-            "voxel sizes are {} x {} x {}: {} x {} x {} taken",
-            found.x, found.y, found.z, repaired.x, repaired.y, repaired.z
+            "voxel sizes (pixdim) are {}: {} used",
+            found.to_array().map(number).join(" x "),
+            repaired.to_array().map(number).join(" x ")
         ));
     }
     repaired

@@ -110,7 +110,7 @@ fn read_voxels(
     stream: Stream<'_>,
     taken: &[u8],
 ) -> Result<Volume, ReadError> {
-    let shape = Shape { dims: header.dims, components: 1, volumes: header.volumes };
+    let shape = Shape { dims: header.dims, components: 1, volumes: header.volumes, between: Vec::new() };
     let layout = Layout::new(ctx, shape, header.voxel, "dim", Place::Byte(header.dim_offset))?;
     let payload = Payload {
         encoding: Encoding::Raw,
@@ -118,6 +118,7 @@ fn read_voxels(
         skip: Skip::Bytes(header.offset - taken.len() as u64),
         skip_decoded: Skip::Bytes(0),
         compressed: None,
+        exact: false,
     };
     let bytes = payload::read(ctx, &layout, &payload, Parts::Attached(stream))?;
     ctx.finish(&layout, header.endian, bytes, header.rescale, header.geometry)

@@ -1,7 +1,5 @@
 //! The axes of a NRRD file: which three are space, where they lie in the world, and what the others are.
 
-use std::ops::Range;
-
 use cutaway_core::space::{WorldFrame, ras_from_lps};
 use cutaway_core::volume::Geometry;
 use glam::{DAffine3, DMat3, DVec3};
@@ -9,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::volume::Context;
 use crate::volume::error::{ReadError, TUPLE_HINT, quoted};
 use crate::volume::fields::{Field, Fields};
-use crate::volume::layout::Shape;
+use crate::volume::layout::{Between, Shape};
 
 /// Kinds of an axis that make its samples one thing (a colour, a vector), not several volumes.
 const TUPLES: [&str; 25] = [
@@ -70,6 +68,7 @@ pub(super) fn read(
     let world = world(fields)?;
     let axes = classify(fields, sizes, world.as_ref())?;
     let spatial = spatial_axes(fields, &axes)?;
+    let (first, last) = (spatial[0], spatial[spatial.len() - 1]);
     if axes.iter().zip(sizes).any(|(axis, &size)| *axis == Axis::Tuple && size > 1)
         && ctx.options.volume_index.is_none()
         && let Some(field) = fields.get("kinds")
@@ -77,16 +76,22 @@ pub(super) fn read(
         return Err(fields.wrong_with(field, "one number a voxel", TUPLE_HINT));
     }
     let product = |sizes: &[u64]| sizes.iter().try_fold(1u64, |n, &size| n.checked_mul(size));
-    let (components, volumes) = (product(&sizes[..spatial.start]), product(&sizes[spatial.end..]));
+    let (components, volumes) = (product(&sizes[..first]), product(&sizes[last + 1..]));
     let (Some(components), Some(volumes)) = (components, volumes) else {
         let field = fields.get("sizes").expect("sizes were read from there");
         return Err(fields.wrong(field, "fewer than 2^64 samples"));
     };
     let mut dims = [1; 3];
-    dims[..spatial.len()].copy_from_slice(&sizes[spatial.clone()]);
-    units(ctx, fields);
-    let geometry = geometry(fields, world, &axes[spatial.clone()], sizes, spatial)?;
-    Ok((Shape { dims, components, volumes }, geometry))
+    for (dim, axis) in dims.iter_mut().zip(&spatial) {
+        *dim = sizes[*axis];
+    }
+    let mut between = Vec::new();
+    if last - first + 1 > spatial.len() {
+        let axis = |axis: usize| Between { size: sizes[axis], space: spatial.contains(&axis) };
+        between.extend((first..=last).map(axis));
+    }
+    let geometry = geometry(ctx, fields, world, &axes, sizes, &spatial)?;
+    Ok((Shape { dims, components, volumes, between }, geometry))
 }
 
 fn world(fields: &Fields) -> Result<Option<World>, ReadError> {
@@ -166,23 +171,14 @@ fn kinds(fields: &Fields, count: usize) -> Result<Vec<Axis>, ReadError> {
     Ok(kinds)
 }
 
-/// The spatial axes, which must lie side by side.
-fn spatial_axes(fields: &Fields, axes: &[Axis]) -> Result<Range<usize>, ReadError> {
-    let is_space = |axis: &Axis| matches!(axis, Axis::Space(_));
-    let first = axes.iter().position(is_space);
-    let count = axes.iter().filter(|axis| is_space(axis)).count();
+/// The spatial axes, one to three of them, in order.
+fn spatial_axes(fields: &Fields, axes: &[Axis]) -> Result<Vec<usize>, ReadError> {
+    let spatial: Vec<usize> = (0..axes.len()).filter(|axis| matches!(axes[*axis], Axis::Space(_))).collect();
     let field = fields.first(&["space directions", "kinds", "sizes"]).expect("sizes were read from there");
-    match first {
-        Some(first) if count <= 3 && axes[first..first + count].iter().all(is_space) => {
-            Ok(first..first + count)
-        }
-        Some(_) if count > 3 => Err(fields.wrong(field, "at most three spatial axes")),
-        Some(_) => Err(fields.wrong_with(
-            field,
-            "spatial axes side by side",
-            "permute the axes so that the others come first or last",
-        )),
-        None => Err(fields.wrong(field, "at least one spatial axis")),
+    match spatial.len() {
+        1..=3 => Ok(spatial),
+        0 => Err(fields.wrong(field, "at least one spatial axis")),
+        _ => Err(fields.wrong(field, "at most three spatial axes")),
     }
 }
 
@@ -193,14 +189,15 @@ fn vectors(fields: &Fields, field: &Field, dimension: usize) -> Result<Vec<Optio
     let mut rest = field.value.trim_start();
     let mut list = Vec::new();
     while !rest.is_empty() {
-        if let Some(after) = rest.strip_prefix("none") {
+        if rest.get(..4).is_some_and(|word| word.eq_ignore_ascii_case("none")) {
             list.push(None);
-            rest = after.trim_start();
+            rest = rest[4..].trim_start();
             continue;
         }
         let (inside, after) =
             rest.strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(wrong)?;
-        let numbers: Option<Vec<f64>> = inside.split(',').map(|word| word.trim().parse().ok()).collect();
+        let words = inside.split([',', ' ', '\t']).filter(|word| !word.is_empty());
+        let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
         let numbers = numbers.filter(|numbers| numbers.len() == dimension).ok_or_else(wrong)?;
         let mut spatial = [0.0; 3];
         let n = dimension.min(3);
@@ -214,23 +211,26 @@ fn vectors(fields: &Fields, field: &Field, dimension: usize) -> Result<Vec<Optio
     Ok(list)
 }
 
-/// The grid of the axes in the range `spatial`, `axes` being those alone.
+/// The grid of the axes `spatial`, in millimetres.
 fn geometry(
+    ctx: &mut Context<'_>,
     fields: &Fields,
     world: Option<World>,
     axes: &[Axis],
     sizes: &[u64],
-    spatial: Range<usize>,
+    spatial: &[usize],
 ) -> Result<Geometry, ReadError> {
-    let steps = axes.iter().map(|axis| if let Axis::Space(step) = axis { *step } else { None });
+    let steps = spatial.iter().map(|axis| if let Axis::Space(step) = axes[*axis] { step } else { None });
     let known: Option<Vec<DVec3>> = steps.collect();
-    let Some(steps) = known else { return spaced(fields, spatial, sizes) };
+    let Some(steps) = known else { return spaced(ctx, fields, spatial, sizes) };
     let world = world.expect("directions are read only with a space");
     if let Some(field) = fields.get("space directions") {
         check_steps(fields, field, &steps)?;
     }
-    let origin = origin(fields, world.dimension)?;
-    let affine = DAffine3::from_mat3_translation(completed(&steps), origin);
+    let origin = origin(ctx, fields, world.dimension)?;
+    let in_mm = units(ctx, fields, "space units", &[0, 1, 2]);
+    // The steps that a flat image gets out of its plane have the length of one unit.
+    let affine = DAffine3::from_scale(in_mm) * DAffine3::from_mat3_translation(completed(&steps), origin);
     Ok(match world.to_ras {
         Some(to_ras) => Geometry { world_from_voxel: to_ras * affine, frame: WorldFrame::Ras },
         None => Geometry { world_from_voxel: affine, frame: WorldFrame::Unknown },
@@ -259,36 +259,55 @@ fn completed(steps: &[DVec3]) -> DMat3 {
     }
 }
 
-fn origin(fields: &Fields, dimension: usize) -> Result<DVec3, ReadError> {
+fn origin(ctx: &mut Context<'_>, fields: &Fields, dimension: usize) -> Result<DVec3, ReadError> {
     let Some(field) = fields.get("space origin") else { return Ok(DVec3::ZERO) };
     match vectors(fields, field, dimension)?[..] {
         [Some(origin)] if origin.is_finite() => Ok(origin),
-        // All-NaN means that the writer did not know; at time alone means the spatial origin.
-        [None] => Ok(DVec3::ZERO),
+        // `none` and all-NaN mean that the writer did not know; at time alone means the spatial origin.
+        [None] => {
+            if field.value.to_ascii_lowercase().contains("nan") {
+                ctx.notice("`space origin` is not a number: 0 is used".to_owned());
+            }
+            Ok(DVec3::ZERO)
+        }
         _ => Err(fields.wrong(field, "one finite vector")),
     }
 }
 
 /// Axes along the world's, by spacings and axis minima.
-fn spaced(fields: &Fields, spatial: Range<usize>, sizes: &[u64]) -> Result<Geometry, ReadError> {
+fn spaced(
+    ctx: &mut Context<'_>,
+    fields: &Fields,
+    spatial: &[usize],
+    sizes: &[u64],
+) -> Result<Geometry, ReadError> {
     let per_axis = |name: &str| match fields.get(name) {
         None => Ok(None),
         Some(field) => {
             let all: Vec<f64> = fields.numbers(field, sizes.len(), "numbers, one an axis")?;
-            Ok(Some((field, all[spatial.clone()].to_vec())))
+            Ok(Some((field, spatial.iter().map(|axis| all[*axis]).collect())))
         }
     };
     let (spacings, mins, maxs) = (per_axis("spacings")?, per_axis("axis mins")?, per_axis("axis maxs")?);
     let node = node_centred(fields, sizes.len())?;
+    let in_mm = units(ctx, fields, "units", spatial);
     let finite = |list: &Option<(&Field, Vec<f64>)>, i: usize| {
         list.as_ref().map(|(_, all)| all[i]).filter(|value| value.is_finite())
     };
     let (mut spacing, mut origin) = (DVec3::ONE, DVec3::ZERO);
-    for (i, axis) in spatial.enumerate() {
+    for (i, &axis) in spatial.iter().enumerate() {
         let intervals = sizes[axis] as f64 - if node[axis] { 1.0 } else { 0.0 };
         let (min, max) = (finite(&mins, i), finite(&maxs, i));
         let from_range = min.zip(max).filter(|_| intervals > 0.0).map(|(min, max)| (max - min) / intervals);
         spacing[i] = finite(&spacings, i).or(from_range).unwrap_or(1.0);
+        // The format writes NaN where a number is not known.
+        for (list, used) in [(&spacings, spacing[i]), (&mins, min.unwrap_or(0.0))] {
+            if let Some((field, all)) = list
+                && !all[i].is_finite()
+            {
+                ctx.notice(format!("`{}` of axis {axis} is {}: {used} is used", field.name, all[i]));
+            }
+        }
         if spacing[i] == 0.0 || !spacing[i].is_finite() {
             let field = fields.first(&["spacings", "axis mins"]).expect("a spacing of 1 is neither");
             return Err(fields.wrong(field, "distances between samples that are not 0"));
@@ -297,6 +316,7 @@ fn spaced(fields: &Fields, spatial: Range<usize>, sizes: &[u64]) -> Result<Geome
         let half = if node[axis] { 0.0 } else { 0.5 * spacing[i] };
         origin[i] = min.map_or(0.0, |min| min + half);
     }
+    let (spacing, origin) = (spacing * in_mm, origin * in_mm);
     let world_from_voxel = DAffine3::from_mat3_translation(DMat3::from_diagonal(spacing), origin);
     Ok(Geometry { world_from_voxel, frame: WorldFrame::Unknown })
 }
@@ -313,11 +333,68 @@ fn node_centred(fields: &Fields, count: usize) -> Result<Vec<bool>, ReadError> {
     }
 }
 
-/// Says so where the file's unit of length is another than ours.
-fn units(ctx: &mut Context<'_>, fields: &Fields) {
-    let Some(field) = fields.get("space units") else { return };
-    let other = field.value.split('"').skip(1).step_by(2).find(|unit| !matches!(*unit, "" | "mm"));
-    if let Some(unit) = other {
-        ctx.notice(format!("space units are {}: lengths are taken as they stand", quoted(unit)));
+/// Millimetres of the units that a field gives the axes, 1 where it says nothing of an axis. Units that are not of length
+/// are said in a notice.
+fn units(ctx: &mut Context<'_>, fields: &Fields, name: &str, axes: &[usize]) -> DVec3 {
+    let mut in_mm = DVec3::ONE;
+    let Some(field) = fields.get(name) else { return in_mm };
+    // Units stand in quotes; some writers leave them out.
+    let quotes = field.value.contains('"');
+    let units: Vec<&str> = match quotes {
+        true => field.value.split('"').skip(1).step_by(2).collect(),
+        false => field.value.split_whitespace().collect(),
+    };
+    for (i, &axis) in axes.iter().enumerate() {
+        let unit = units.get(axis).map_or("", |unit| unit.trim());
+        match millimetres(unit) {
+            Some(factor) => in_mm[i] = factor,
+            None => ctx.notice(format!("`{name}` has {}: lengths are used as they are", quoted(unit))),
+        }
+    }
+    in_mm
+}
+
+/// The millimetres of a unit of length; none of anything else.
+fn millimetres(unit: &str) -> Option<f64> {
+    let long = unit.to_lowercase();
+    let long = long.strip_suffix('s').unwrap_or(&long).replace("metre", "meter");
+    Some(match (unit, long.as_str()) {
+        ("" | "mm" | "MM" | "???", _) | (_, "millimeter") => 1.0,
+        ("um" | "\u{b5}m" | "\u{3bc}m" | "UM", _) | (_, "micron" | "micrometer") => 1e-3,
+        ("nm" | "NM", _) | (_, "nanometer") => 1e-6,
+        ("pm", _) | (_, "picometer") => 1e-9,
+        ("A" | "\u{c5}" | "\u{212b}", _) | (_, "angstrom") => 1e-7,
+        ("cm" | "CM", _) | (_, "centimeter") => 10.0,
+        ("dm", _) | (_, "decimeter") => 100.0,
+        ("m" | "M", _) | (_, "meter") => 1e3,
+        ("km" | "KM", _) | (_, "kilometer") => 1e6,
+        ("in", _) | (_, "inch" | "inche") => 25.4,
+        ("ft", _) | (_, "foot" | "feet") => 304.8,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_length_are_known_in_several_spellings() {
+        for (unit, expected) in [
+            ("um", 1e-3),
+            ("\u{b5}m", 1e-3),
+            ("microns", 1e-3),
+            ("Micrometres", 1e-3),
+            ("nm", 1e-6),
+            ("cm", 10.0),
+            ("m", 1e3),
+            ("meters", 1e3),
+            ("inches", 25.4),
+            ("", 1.0),
+        ] {
+            assert_eq!(millimetres(unit), Some(expected), "{unit}");
+        }
+        assert_eq!(millimetres("pixel"), None);
+        assert_eq!(millimetres("s"), None);
     }
 }

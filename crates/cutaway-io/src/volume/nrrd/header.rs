@@ -104,6 +104,10 @@ fn magic(stream: &mut Stream<'_>, lines: &mut Lines) -> Result<(), ReadError> {
     if matches!(line.strip_prefix("NRRD000"), Some("1" | "2" | "3" | "4" | "5")) {
         return Ok(());
     }
+    // The magic of before the first version, which Teem still reads.
+    if line == "NRRD00.01" {
+        return Ok(());
+    }
     Err(ReadError::Field {
         file: stream.name().to_owned(),
         place: Place::Line(1),

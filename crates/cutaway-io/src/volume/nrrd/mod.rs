@@ -2,7 +2,7 @@
 //!
 //! Specification: <https://teem.sourceforge.net/nrrd/format.html>. Read: the encodings raw, gzip, bzip2, ascii and
 //! hex; every scalar type; line and byte skips; data files by name, pattern and list; spaces, directions, origins,
-//! spacings; a list axis in front of or behind the three spatial ones (one of its volumes is taken). Colours,
+//! spacings; list axes in front of, between and behind the three spatial ones (one of their volumes is read). Colours,
 //! vectors and tensors are refused unless a component is chosen. Not read: block types, `zrl`.
 //!
 //! The world: with an anatomical `space` it is RAS (LPS and LAS are converted here); otherwise its axes mean what the
@@ -38,15 +38,17 @@ pub(super) fn read(ctx: &mut Context<'_>, mut stream: Stream<'_>) -> Result<Volu
     let compressed = matches!(encoding, Encoding::Gzip | Encoding::Bzip2);
     let payload = match skip {
         skip_decoded if compressed => {
-            Payload { encoding, lines, skip: Skip::Bytes(0), skip_decoded, compressed: None }
+            Payload { encoding, lines, skip: Skip::Bytes(0), skip_decoded, compressed: None, exact: false }
         }
-        skip => Payload { encoding, lines, skip, skip_decoded: Skip::Bytes(0), compressed: None },
+        skip => {
+            Payload { encoding, lines, skip, skip_decoded: Skip::Bytes(0), compressed: None, exact: false }
+        }
     };
     let parts = match &header.data {
         None => Parts::Attached(stream),
         Some(data) => {
             let place = Place::Line(data.field().line);
-            Parts::Files(data_files(fields, data, &sizes)?, place)
+            Parts::Files(data_files(ctx, fields, data, &sizes)?, place)
         }
     };
     let bytes = payload::read(ctx, &layout, &payload, parts)?;
@@ -148,7 +150,12 @@ fn sizes(fields: &Fields) -> Result<Vec<u64>, ReadError> {
 }
 
 /// The names of the data files.
-fn data_files(fields: &Fields, data: &Data, sizes: &[u64]) -> Result<Vec<String>, ReadError> {
+fn data_files(
+    ctx: &Context<'_>,
+    fields: &Fields,
+    data: &Data,
+    sizes: &[u64],
+) -> Result<Vec<String>, ReadError> {
     match data {
         Data::List { field, names } => {
             let dimension = field.value.split_whitespace().nth(1).map(str::to_owned);
@@ -159,12 +166,14 @@ fn data_files(fields: &Fields, data: &Data, sizes: &[u64]) -> Result<Vec<String>
             }
             Ok(names.clone())
         }
-        Data::Named(field) => match pattern(field) {
+        // What exists under its own name is no pattern.
+        Data::Named(field) => match pattern(field).filter(|_| !detached::exists(ctx.folder, &field.value)) {
             None => Ok(vec![field.value.clone()]),
             Some((pattern, range, dimension)) => {
                 let expected = expected_files(fields, field, dimension, sizes)?;
                 detached::names(&pattern, range, |count| expected.accepts(count)).map_err(|count| {
-                    fields.wrong(field, format!("a pattern for {}, not for {count}", expected.describe()))
+                    let wanted = format!("a pattern for {}", expected.describe());
+                    fields.wrong(field, detached::count_text(&wanted, "for", count))
                 })
             }
         },
