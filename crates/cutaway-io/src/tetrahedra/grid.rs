@@ -6,8 +6,8 @@ use cutaway_core::tetrahedra::TetrahedralMesh;
 use super::cells::Tetrahedra;
 use super::error::TetrahedraReadError as Error;
 use crate::limits::Limits;
-use crate::volume::{Loaded, Place, loss_notice};
 use crate::volume::error::quoted;
+use crate::volume::{Loaded, Place, loss_notice};
 
 /// The most arrays that are remembered for messages.
 const MOST_ARRAYS: usize = 1000;

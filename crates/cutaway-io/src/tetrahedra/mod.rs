@@ -34,8 +34,8 @@ pub use grid::{ArrayInfo, Grid, On};
 
 use crate::limits::Limits;
 use crate::text;
-use crate::volume::error::{quoted, shown_name};
 use crate::volume::Loaded;
+use crate::volume::error::{quoted, shown_name};
 
 /// How to read an unstructured grid.
 #[derive(Clone, Debug, Default)]

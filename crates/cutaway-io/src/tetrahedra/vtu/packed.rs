@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn the_size_of_xz_is_known_before_it_is_unpacked() {
         for size in [1, 3, 20, 70_000, 200_000] {
-            let bytes: Vec<u8> = (0..size).map(|n| (n * n >> 7) as u8).collect();
+            let bytes: Vec<u8> = (0..size).map(|n| ((n * n) >> 7) as u8).collect();
             let packed = xz(&bytes);
             assert_eq!(xz_size(&packed), Some(size as u64));
             assert_eq!(Compressor::Lzma.unpack(&packed, size), Ok(bytes));
