@@ -23,7 +23,6 @@ mod tests;
 use std::{
     ffi::OsStr,
     fmt,
-    fs::File,
     io::{self, Read, Write},
     path::{Path, PathBuf},
 };
@@ -31,6 +30,7 @@ use std::{
 use cutaway_core::image::{Image, ImageError};
 
 use crate::atomic::{AtomicWriteError, write_atomically};
+use crate::files::open_once;
 
 /// A kind of image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -296,7 +296,7 @@ pub fn read_image(path: &Path) -> Result<Image, ReadImageError> {
 pub fn read_image_within(path: &Path, limits: &ImageLimits) -> Result<Image, ReadImageError> {
     let format = ImageFormat::from_path(path)?;
     let io = |error| ReadImageError::Io { path: path.to_owned(), error };
-    let file = File::open(path).map_err(io)?;
+    let file = open_once(path).map_err(io)?;
     let length = file.metadata().map_err(io)?.len();
     let too_large = || ReadImageError::FileTooLarge { path: path.to_owned(), limit: limits.file_bytes };
     if length > limits.file_bytes {

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod atomic;
+mod files;
 pub mod image;
 pub(crate) mod json_words;
 pub mod limits;

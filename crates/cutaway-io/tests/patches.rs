@@ -285,7 +285,7 @@ fn files_are_told_from_others() {
     let file = written(TEAPOT.as_bytes());
     assert_eq!(read(file.path()).unwrap(), teapot().unwrap());
     let missing = read(&file.path().with_extension("not")).unwrap_err().to_string();
-    assert!(missing.starts_with("cannot read ") && missing.contains("No such file"), "{missing}");
+    assert!(missing.starts_with("cannot read ") && missing.contains("no such file"), "{missing}");
     // One byte more than is read.
     let large = tempfile::NamedTempFile::new().unwrap();
     large.as_file().set_len((64 << 20) + 1).unwrap();

@@ -128,7 +128,7 @@ pub enum MeshReadError {
     },
     /// A mesh larger than the limit.
     #[error(
-        "{file}: {what} need {}, more than the limit of {}; raise the memory limit or simplify the mesh",
+        "{file}: {what} need {}, more than the limit of {}; simplify the mesh, or use a machine with more memory",
         bytes_text(*needed), bytes_text(*limit)
     )]
     TooLarge {

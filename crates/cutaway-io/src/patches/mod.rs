@@ -23,12 +23,12 @@
 mod json;
 mod teapot_text;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use cutaway_mesh::patches::{PatchError, PatchSet};
 
+use crate::files::open_regular;
 use crate::json_words;
 use crate::text::{self, SAVE_AS_UTF_8};
 use crate::volume::error::{quoted, shown_name};
@@ -162,7 +162,7 @@ pub fn teapot() -> Result<PatchSet, PatchReadError> {
 /// The file, up to a byte more than is accepted.
 fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    open_regular(path)?.0.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

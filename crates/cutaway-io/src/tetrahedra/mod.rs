@@ -23,7 +23,6 @@ mod tests;
 mod vtu;
 mod xml;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -32,6 +31,7 @@ use cutaway_core::tetrahedra::TetrahedralMesh;
 pub use error::TetrahedraReadError;
 pub use grid::{ArrayInfo, Grid, On};
 
+use crate::files::open_regular;
 use crate::limits::Limits;
 use crate::text;
 use crate::volume::Loaded;
@@ -71,8 +71,7 @@ pub fn read_tetrahedra(
 pub fn read_grid(path: &Path, options: &TetrahedraReadOptions) -> Result<Grid, TetrahedraReadError> {
     let file = shown_name(&path.to_string_lossy());
     let open = |error| TetrahedraReadError::Open { file: file.clone(), error };
-    let mut opened = File::open(path).map_err(open)?;
-    let length = opened.metadata().map_err(open)?.len();
+    let (mut opened, length) = open_regular(path).map_err(open)?;
     let limit = options.limits.max_bytes;
     let too_large =
         |needed| TetrahedraReadError::TooLarge { file: file.clone(), what: "its contents", needed, limit };
@@ -80,7 +79,7 @@ pub fn read_grid(path: &Path, options: &TetrahedraReadOptions) -> Result<Grid, T
         return Err(too_large(length));
     }
     let mut bytes = Vec::new();
-    // A pipe has no length.
+    // A file may grow meanwhile.
     (&mut opened).take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(open)?;
     if bytes.len() as u64 > limit {
         return Err(too_large(bytes.len() as u64));
@@ -115,7 +114,7 @@ pub fn read_grid_bytes(
 /// Whether the file at `path` is VTK's, whatever is in it; false where it cannot be read.
 pub fn recognize(path: &Path) -> bool {
     let mut head = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    let read = open_regular(path).and_then(|(file, _)| file.take(HEAD).read_to_end(&mut head));
     read.is_ok() && Format::of(&head).is_some()
 }
 

@@ -34,6 +34,7 @@ pub use error::{FunctionReadError, FunctionWriteError};
 pub use ours::TransferFunctionFile;
 
 use crate::atomic::write_atomically;
+use crate::files::{open_once, open_regular};
 use crate::text;
 use crate::volume::Loaded;
 use crate::volume::error::{quoted, shown_name};
@@ -137,7 +138,8 @@ impl FunctionFile {
 pub fn read_transfer_function(path: &Path) -> Result<Loaded<FunctionFile>, FunctionReadError> {
     let (path, map) = split(path);
     let file = shown_name(&path.to_string_lossy());
-    let bytes = bytes_of(&path).map_err(|error| FunctionReadError::Io { file: file.clone(), error })?;
+    let bytes = open_once(&path).and_then(bytes_of);
+    let bytes = bytes.map_err(|error| FunctionReadError::Io { file: file.clone(), error })?;
     parse(file, &bytes, map.as_deref())
 }
 
@@ -179,7 +181,8 @@ pub fn read_color_map_bytes(
 /// What the file at `path` is, if it holds a transfer function, damaged or not, rather than a scene, patches, a mesh or
 /// something else; none where it cannot be read.
 pub fn recognize(path: &Path) -> Option<FunctionFormat> {
-    recognize_bytes(&bytes_of(&split(path).0).ok()?)
+    let (file, _) = open_regular(&split(path).0).ok()?;
+    recognize_bytes(&bytes_of(file).ok()?)
 }
 
 /// As [`recognize`], of a file in memory.
@@ -221,9 +224,9 @@ pub fn function_text(file: &FunctionFile, format: FunctionFormat) -> (String, Ve
 }
 
 /// The file, up to a byte more than is accepted.
-fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
+fn bytes_of(file: File) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

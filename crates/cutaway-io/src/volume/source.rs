@@ -7,12 +7,13 @@
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use flate2::bufread::GzDecoder;
+
+use crate::files::open_regular;
 
 /// Deflate never makes more than 1032 bytes of one (258 bytes from two bits).
 const DEFLATE_RATIO: u64 = 1032;
@@ -120,15 +121,7 @@ impl Folder for DiskFolder {
 
 /// Opens a regular file. Anything else (folders, pipes, devices) could block or never end.
 pub(crate) fn open_file(path: &Path) -> io::Result<Source<'static>> {
-    let metadata = path.metadata()?;
-    if metadata.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
-    }
-    if !metadata.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
-    }
-    let file = File::open(path)?;
-    let len = file.metadata()?.len();
+    let (file, len) = open_regular(path)?;
     Ok(Source::new(file, len))
 }
 
