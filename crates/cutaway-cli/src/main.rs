@@ -3,6 +3,8 @@
 //! Exit codes: 0 done, 1 failed, 2 wrong use. Errors are one line on standard error: what was wrong, where, what to do.
 #![deny(unsafe_code)]
 
+#[cfg(test)]
+mod advice;
 mod args;
 mod clip;
 mod commands;
@@ -12,6 +14,9 @@ mod options;
 mod outputs;
 mod report;
 mod scene;
+mod signals;
+mod streams;
+mod threads;
 mod unavailable;
 mod values;
 
@@ -23,6 +28,8 @@ use args::{Cli, Command};
 
 fn main() -> ExitCode {
     environment::quiet_vulkan_layers();
+    signals::clean_up();
+    signals::fail_without_memory();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return unavailable::explain(&error),
@@ -37,6 +44,9 @@ fn main() -> ExitCode {
 }
 
 fn run(command: Command) -> anyhow::Result<ExitCode> {
+    if !matches!(command, Command::Presets(_) | Command::Schema | Command::Completions { .. }) {
+        threads::start();
+    }
     match command {
         Command::Render(args) => commands::render::run(&args)?,
         Command::View(args) => commands::view::run(&args)?,

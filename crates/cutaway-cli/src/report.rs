@@ -10,6 +10,8 @@ use std::time::Duration;
 use anyhow::Context;
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
+use crate::streams;
+
 /// An error that lies in how the program was called: exit code 2.
 #[derive(Debug)]
 pub(crate) struct WrongUse(String);
@@ -29,8 +31,7 @@ pub(crate) fn wrong_use(message: impl Into<String>) -> anyhow::Error {
 
 /// Writes results to standard output. A reader that has gone (`cutaway presets | head -1`) has what it wanted.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match write_to(&streams::Stream::Output, text.as_bytes()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         written => written.context("could not write to standard output"),
     }
@@ -38,8 +39,18 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
 
 /// Writes bytes that someone needs whole, such as an image, to standard output.
 pub(crate) fn print_bytes(bytes: &[u8]) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    out.write_all(bytes).and_then(|()| out.flush()).context("could not write to standard output")
+    write_to(&streams::Stream::Output, bytes).context("could not write to standard output")
+}
+
+/// Writes text that someone needs whole, such as statistics, to standard error.
+pub(crate) fn print_error_stream(text: &str) -> anyhow::Result<()> {
+    write_to(&streams::Stream::Error, text.as_bytes()).context("could not write to standard error")
+}
+
+fn write_to(stream: &streams::Stream, bytes: &[u8]) -> std::io::Result<()> {
+    let mut to = stream.open()?;
+    to.write_all(bytes)?;
+    to.flush()
 }
 
 /// One line on standard error, without whatever a file name may hold to confuse a terminal.

@@ -8,10 +8,11 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::args::Cli;
 use crate::report;
+use crate::streams;
 use crate::values::closest;
 
 /// Options that the interface names and later versions will have.
-const OPTIONS: &[&str] = &["--turntable", "--frames"];
+pub(crate) const OPTIONS: &[&str] = &["--turntable", "--frames"];
 
 /// Prints what is wrong with a command line; 0 for `--help` and `--version`, 2 otherwise.
 pub(crate) fn explain(error: &clap::Error) -> ExitCode {
@@ -20,10 +21,25 @@ pub(crate) fn explain(error: &clap::Error) -> ExitCode {
         let line = unknown_name(error).unwrap_or_else(|| one_line(&error.to_string()));
         report::say(&line);
     } else {
-        // Nothing to be done where even this cannot be written.
-        let _ = error.print();
+        return print(error, usage_error);
     }
-    ExitCode::from(if usage_error { 2 } else { 0 })
+    ExitCode::from(2)
+}
+
+/// Prints help or the version on standard output, or how the program is called on standard error.
+fn print(error: &clap::Error, usage_error: bool) -> ExitCode {
+    let printed = match streams::Stream::Output.open() {
+        Err(closed) if !usage_error => Err(closed),
+        _ => error.print(),
+    };
+    match printed {
+        _ if usage_error => ExitCode::from(2),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            report::error(&anyhow::Error::new(error).context("could not write to standard output"));
+            ExitCode::FAILURE
+        }
+        _ => ExitCode::SUCCESS,
+    }
 }
 
 /// What to say of an option or a command that is not there.

@@ -11,6 +11,8 @@ mod convert;
 
 use std::sync::Arc;
 
+use std::borrow::Cow;
+
 use glam::{DAffine3, DVec3, UVec3};
 use rayon::prelude::*;
 
@@ -621,7 +623,7 @@ fn store<T: Voxel>(voxels: Vec<T>) -> Stored {
             Voxels::U16(voxels.iter().map(|v| (v.to_f64() - I16_OFFSET) as u16).collect()),
             I16_OFFSET,
         ),
-        VoxelType::F32 | VoxelType::F64 => convert::to_floats(&voxels),
+        VoxelType::F32 | VoxelType::F64 => convert::to_floats(Cow::Owned(voxels)),
         _ => store_wide_integer(&voxels),
     }
 }
@@ -635,7 +637,7 @@ fn store_wide_integer<T: Voxel>(voxels: &[T]) -> Stored {
     let (offset, above) = (lo.to_f64(), |v: &T| v.minus(lo));
     // Beyond 2^53 an f64, which values are, no longer tells neighbouring integers apart: said as a loss.
     if lo.to_f64().abs().max(hi.to_f64().abs()) > 9.0e15 {
-        return convert::to_floats(voxels);
+        return convert::to_floats(Cow::Borrowed(voxels));
     }
     if width <= 255.0 {
         return Stored::exact(Voxels::U8(voxels.iter().map(|v| above(v) as u8).collect()), offset);
@@ -643,7 +645,7 @@ fn store_wide_integer<T: Voxel>(voxels: &[T]) -> Stored {
     if width <= 65535.0 {
         return Stored::exact(Voxels::U16(voxels.iter().map(|v| above(v) as u16).collect()), offset);
     }
-    convert::to_floats(voxels)
+    convert::to_floats(Cow::Borrowed(voxels))
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 //! What enters: a path and a function that writes the content. What leaves: the complete file under that path, or an error
 //! that names the path and the file that was there before, untouched. The content goes to a temporary file in the same
 //! folder (a rename is atomic only within one file system), is flushed and synced, and takes the final name in one step.
-//! The temporary file is removed on every error and on a panic of the writer.
+//! The temporary file is removed on every error and on a panic of the writer; a program that ends by a signal calls
+//! [`remove_unfinished`] before it does.
 //!
 //! What a rename would break is written to directly: devices, FIFOs and sockets, and everything named under `/proc` or
 //! directly in `/dev`, such as `/dev/stdout`, which may well stand for a regular file.
@@ -14,6 +15,10 @@ use std::{
     io::{self, BufWriter},
     path::{Path, PathBuf},
 };
+
+mod unfinished;
+
+pub use unfinished::remove_unfinished;
 
 /// Links to follow before a chain counts as a loop; what Linux allows.
 const MAX_LINKS: usize = 40;
@@ -99,8 +104,10 @@ fn replace<T, E: fmt::Display>(
     write: impl FnOnce(&mut BufWriter<File>) -> Result<T, E>,
 ) -> Result<T, AtomicWriteError<E>> {
     let io = |action| move |error| Problem::Io(action, error).at(path);
-    let (temporary, temporary_path) =
-        temporary_file(folder).map_err(io("creating a temporary file beside it"))?.into_parts();
+    let created = unfinished::create(|| temporary_file(folder));
+    // Dropped last: the file is on the list for as long as it is there.
+    let (temporary, _listed) = created.map_err(io("creating a temporary file beside it"))?;
+    let (temporary, temporary_path) = temporary.into_parts();
     let (value, temporary) = write_content(path, temporary, write)?;
     if let Some(permissions) = permissions {
         temporary.set_permissions(permissions.clone()).map_err(io("setting its permissions"))?;

@@ -7,6 +7,8 @@ use anyhow::Context;
 use cutaway_io::atomic::write_atomically;
 use serde::Serialize;
 
+use crate::report;
+
 /// Names are fixed. `null` where an engine has nothing to say.
 #[derive(Debug, Serialize)]
 pub(crate) struct StatisticsFile {
@@ -28,6 +30,8 @@ pub(crate) struct StatisticsFile {
     /// Lines through clip objects whose events did not balance.
     pub(crate) repaired_lines: Option<u64>,
     pub(crate) skipped_fraction: Option<f64>,
+    /// Share of the pixels that show anything.
+    pub(crate) visible_fraction: Option<f64>,
     pub(crate) peak_rss_bytes: Option<u64>,
     pub(crate) gpu_bytes: Option<u64>,
     pub(crate) triangles_or_tetrahedra: Option<u64>,
@@ -71,8 +75,7 @@ impl StatisticsFile {
     pub(crate) fn write(&self, path: &Path) -> anyhow::Result<()> {
         let text = self.text()?;
         if path == Path::new("-") {
-            let written = std::io::stderr().write_all(text.as_bytes());
-            return written.context("could not write the statistics to standard error");
+            return report::print_error_stream(&text).context("could not write the statistics");
         }
         write_atomically(path, |w| w.write_all(text.as_bytes())).context("could not write the statistics")
     }

@@ -10,6 +10,8 @@
 //! A single number out of all proportion to the rest (such as `1.8e308`, a mark for "no data") would leave no digits to
 //! the others. It is replaced like an infinity.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::{CHUNK, Stored, Voxel, Voxels};
@@ -41,8 +43,9 @@ const MOST_MARKS: usize = 4;
 /// Voxels that candidates for the median are taken from.
 const SAMPLE: usize = 4096;
 
-/// Stores numbers as f32.
-pub(super) fn to_floats<T: Voxel>(voxels: &[T]) -> Stored {
+/// Stores numbers as f32. Those that are stored as they are, and that the caller gives away, are not copied.
+pub(super) fn to_floats<T: Voxel>(given: Cow<'_, [T]>) -> Stored {
+    let voxels: &[T] = &given;
     let mut limit = f64::INFINITY;
     let mut usable = Usable::survey(voxels, limit);
     for _ in 0..MOST_MARKS {
@@ -57,16 +60,31 @@ pub(super) fn to_floats<T: Voxel>(voxels: &[T]) -> Stored {
     let offset = offset(voxels, limit, [lo, hi], &usable);
     let greatest = lo.minus(offset).abs().max(hi.minus(offset).abs());
     let form = Form { offset, scale: scale(greatest), range: [lo, hi], limit };
-    let floats: Vec<f32> = voxels.par_iter().map(|v| form.stored(*v)).collect();
+    let same = T::TYPE == super::VoxelType::F32 && usable.replaced == 0;
+    let same = same && offset.to_f64() == 0.0 && form.scale == 1.0;
+    let (floats, loss) = match given {
+        Cow::Owned(voxels) if same => (as_they_are(voxels), None),
+        voxels => {
+            let floats: Vec<f32> = voxels.par_iter().map(|v| form.stored(*v)).collect();
+            let loss = form.loss(&voxels, &floats);
+            (floats, loss)
+        }
+    };
     Stored {
         range: [form.stored(lo), form.stored(hi)],
         numbers: [lo.to_f64(), hi.to_f64()],
         offset: offset.to_f64(),
         scale: form.scale,
         replaced: usable.replaced,
-        loss: form.loss(voxels, &floats),
+        loss,
         voxels: Voxels::F32(floats),
     }
+}
+
+/// A vector of f32 whose type the compiler does not know.
+fn as_they_are<T: Voxel>(voxels: Vec<T>) -> Vec<f32> {
+    let any: Box<dyn std::any::Any> = Box::new(voxels);
+    *any.downcast::<Vec<f32>>().expect("callers have checked the type")
 }
 
 /// Whether a number takes part: finite and below a limit.
@@ -284,6 +302,17 @@ mod tests {
     fn line<T: Voxel>(voxels: Vec<T>) -> Volume {
         let d = UVec3::new(voxels.len() as u32, 1, 1);
         Volume::new(d, voxels, Rescale::IDENTITY, Geometry::from_spacing(DVec3::ONE)).unwrap()
+    }
+
+    #[test]
+    fn report_b4_floats_that_stay_as_they_are_are_not_copied() {
+        let voxels: Vec<f32> = (0..1000).map(|i| i as f32 - 500.0).collect();
+        let place = voxels.as_ptr();
+        let volume = line(voxels);
+        let Voxels::F32(stored) = volume.voxels() else { panic!("not stored as floats") };
+        assert_eq!(stored.as_ptr(), place);
+        let replaced = line(vec![1.0f32, f32::NAN, 3.0]);
+        assert_eq!((value(&replaced, 1), replaced.replaced()), (1.0, 1));
     }
 
     fn value(volume: &Volume, i: usize) -> f64 {
