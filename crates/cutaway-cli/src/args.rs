@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use cutaway_core::defaults::View;
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
 use cutaway_io::mesh::MeshSpace;
@@ -61,6 +62,13 @@ pub(crate) enum Command {
 pub(crate) struct ViewArgs {
     /// Volume file, scene file or `sample:NAME` [the head that comes along, with a cut in it]
     pub(crate) volume: Option<OsString>,
+    /// The volume in a file of several (a time series), from 0
+    #[arg(long, value_name = "I", value_parser = whole::<usize>)]
+    #[cfg_attr(
+        not(feature = "viewer"),
+        allow(dead_code, reason = "without a window there is nothing to show it in")
+    )]
+    pub(crate) volume_index: Option<usize>,
     /// Scene file to begin with
     #[arg(long, value_name = "FILE", conflicts_with = "volume")]
     pub(crate) scene: Option<PathBuf>,
@@ -312,6 +320,9 @@ pub(crate) struct LightArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraArgs {
+    /// Look at what is visible from a side of the body: front, back, left, right, above or below
+    #[arg(long, value_name = "SIDE", value_parser = values::view)]
+    pub(crate) view: Option<View>,
     /// The eye, in world units
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) camera_position: Option<List>,
@@ -327,7 +338,7 @@ pub(crate) struct CameraArgs {
     /// Parallel rays; half the height of the image in world units
     #[arg(long, value_name = "SCALE", value_parser = number, allow_hyphen_values = true)]
     pub(crate) camera_orthographic: Option<f64>,
-    /// Turn the view around its up direction
+    /// Turn the view around its up direction, from --view or the default view
     #[arg(long, value_name = "DEG", value_parser = number, allow_hyphen_values = true)]
     pub(crate) azimuth: Option<f64>,
     /// Raise the view

@@ -1,14 +1,18 @@
 //! From the command line and a scene file to a scene: options win over the file, the file over defaults.
 
+mod camera;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use cutaway_core::camera::{Camera, CameraError};
-use cutaway_core::clip::ClipShading;
+use cutaway_core::clip::{ClipShading, FlatClip};
 use cutaway_core::colormaps::ColormapError;
+use cutaway_core::defaults::{FramedView, Look, display_range};
+use cutaway_core::glam::DVec3;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::presets::{self, Preset};
-use cutaway_core::scene::{Layer, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError, default_camera};
+use cutaway_core::scene::{Layer, MAX_RESOLUTION, Mode, RenderSettings, Scene, SceneError};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::{colormaps, histogram};
 use cutaway_io::limits::Limits;
@@ -16,7 +20,7 @@ use cutaway_io::scene_file::{SceneFile, read_scene};
 use cutaway_io::transfer_function::{FunctionFile, TransferFunctionFile, read_transfer_function};
 use cutaway_io::volume::Loaded;
 
-use crate::args::{CameraArgs, FunctionArgs, LightArgs, SceneArgs};
+use crate::args::{FunctionArgs, LightArgs, SceneArgs};
 use crate::clip::{self, PreparedClip};
 use crate::load::{self, LoadedVolume};
 use crate::report::{Verbosity, wrong_use};
@@ -28,6 +32,8 @@ pub(crate) struct Prepared {
     pub(crate) function: TransferFunction,
     pub(crate) unit_distance: Option<f64>,
     pub(crate) camera: Camera,
+    /// The box that the default view frames, in voxels, if it was made for what is visible.
+    pub(crate) visible: Option<[DVec3; 2]>,
     pub(crate) lighting: Lighting,
     pub(crate) settings: RenderSettings,
     pub(crate) clip: Option<PreparedClip>,
@@ -78,16 +84,28 @@ impl Prepared {
         origins.volume.clone_from(&loaded.name);
         let (function, unit_distance) =
             function(&args.function, file.as_ref(), preset, given, &loaded, &settings, &origins)?;
-        let camera = camera(&args.camera, file.as_ref(), &loaded, &settings, &origins)?;
         let in_file = file.as_ref().zip(args.scene.as_deref());
         let clip = PreparedClip::new(&args.clip, in_file, loaded.lattice(), &settings)?;
         let clip_shading = clip::shading(&args.clip, file.as_ref());
         clip_shading.validate().map_err(|e| origins.blame(&e))?;
+        let flat = clip.as_ref().map(|clip| FlatClip::new(&clip.clip)).transpose();
+        let flat = flat.map_err(|e| origins.blame(&e.into()))?;
+        let function_shown = function.with_brightness(settings.brightness);
+        let look = Look {
+            volume: loaded.lattice(),
+            function: &function_shown,
+            mode: settings.mode,
+            iso: &settings.iso,
+            clip: flat.as_ref(),
+        };
+        let FramedView { camera, visible } =
+            camera::camera(&args.camera, file.as_ref(), &look, &settings, &origins)?;
         Ok(Self {
             loaded,
             function,
             unit_distance,
             camera,
+            visible,
             lighting,
             settings,
             clip,
@@ -314,7 +332,7 @@ fn function(
     } else if let Some(given) = given {
         (given.function, given.unit_distance)
     } else if let Some(name) = &args.colormap {
-        (colormap(name, args, volume.value_range())?, None)
+        (colormap(name, args, || display_range(volume))?, None)
     } else if let (Some(window), Some(level)) = (args.window, args.level) {
         if window <= 0.0 {
             return Err(wrong_use(format!("--window is {}; expected a width above 0", shown(window))));
@@ -329,8 +347,13 @@ fn function(
     Ok((function, args.opacity_unit_distance.or(unit)))
 }
 
-fn colormap(name: &str, args: &FunctionArgs, [lo, hi]: [f64; 2]) -> anyhow::Result<TransferFunction> {
-    let [lo, hi] = args.range.as_ref().map_or(Ok([lo, hi]), |r| r.exactly("--range"))?;
+/// A colour map over the range of the options, or over `default`, which is a range.
+fn colormap(
+    name: &str,
+    args: &FunctionArgs,
+    default: impl FnOnce() -> [f64; 2],
+) -> anyhow::Result<TransferFunction> {
+    let [lo, hi] = args.range.as_ref().map_or_else(|| Ok(default()), |r| r.exactly("--range"))?;
     if lo >= hi {
         let [lo, hi] = [lo, hi].map(shown);
         return Err(wrong_use(format!("--range is {lo},{hi}; the first value must be less than the second")));
@@ -352,47 +375,4 @@ fn colormap(name: &str, args: &FunctionArgs, [lo, hi]: [f64; 2]) -> anyhow::Resu
         }
         error => wrong_use(format!("--opacity: {error}")),
     })
-}
-
-fn camera(
-    args: &CameraArgs,
-    file: Option<&SceneFile>,
-    loaded: &LoadedVolume,
-    settings: &RenderSettings,
-    origins: &Origins,
-) -> anyhow::Result<Camera> {
-    let aspect = f64::from(settings.resolution[0]) / f64::from(settings.resolution[1]);
-    let mut camera =
-        file.and_then(|f| f.camera.clone()).unwrap_or_else(|| default_camera(loaded.lattice(), aspect));
-    if let Some(p) = &args.camera_position {
-        camera.position = p.exactly("--camera-position")?;
-    }
-    if let Some(p) = &args.camera_focal_point {
-        camera.focal_point = p.exactly("--camera-focal-point")?;
-    }
-    if let Some(p) = &args.camera_view_up {
-        camera.view_up = p.exactly("--camera-view-up")?;
-    }
-    camera.view_angle = args.camera_view_angle.unwrap_or(camera.view_angle);
-    camera.orthographic = args.camera_orthographic.or(camera.orthographic);
-    let moved = [args.azimuth, args.elevation, args.roll, args.zoom].iter().any(Option::is_some);
-    if moved {
-        // Turning a camera without a direction would make NaN of it.
-        camera.validate().map_err(|e| origins.blame(&e.into()))?;
-        camera.azimuth(args.azimuth.unwrap_or(0.0).to_radians());
-        camera.elevation(args.elevation.unwrap_or(0.0).to_radians());
-        camera.roll(args.roll.unwrap_or(0.0).to_radians());
-        let zoom = args.zoom.unwrap_or(1.0);
-        if zoom <= 0.0 {
-            return Err(wrong_use(format!("--zoom is {}; expected a factor above 0", shown(zoom))));
-        }
-        camera.zoom(zoom);
-        if camera.validate().is_err() {
-            return Err(wrong_use(format!(
-                "--zoom is {}; with it the angle of view is not between 0 and 180 degrees any more",
-                shown(zoom)
-            )));
-        }
-    }
-    Ok(camera)
 }

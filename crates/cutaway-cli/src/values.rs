@@ -7,7 +7,9 @@ use std::num::NonZeroU32;
 use std::str::FromStr;
 
 use cutaway_core::clip::{BufferDepth, ClipEvents, Impregnation, SegmentCount};
+use cutaway_core::defaults::View;
 use cutaway_core::lighting::DiffuseCurve;
+pub(crate) use cutaway_core::numbers::short as shown;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
 use cutaway_io::mesh::MeshSpace;
 
@@ -111,6 +113,10 @@ pub(crate) fn engine(text: &str) -> Result<Engine, String> {
     named(text, "engine", &all)
 }
 
+pub(crate) fn view(text: &str) -> Result<View, String> {
+    named(text, "view", &View::ALL.map(|v| (v.name(), v)))
+}
+
 pub(crate) fn mode(text: &str) -> Result<Mode, String> {
     named(text, "mode", &Mode::ALL.map(|m| (m.name(), m)))
 }
@@ -180,18 +186,6 @@ pub(crate) fn image_interpolation(text: &str) -> Result<ImageInterpolation, Stri
             format!("choose from off, adaptive or a whole number of 2 to 16{tip}")
         }),
     }
-}
-
-/// A number as people write it: six decimals without trailing zeros, or an exponent where those say nothing.
-pub(crate) fn shown(v: f64) -> String {
-    if v != 0.0 && !(1e-4..1e15).contains(&v.abs()) {
-        let text = format!("{v:.6e}");
-        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        return format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'));
-    }
-    let text = format!("{v:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 /// The ends of a range, with as many digits as tell one from the other.

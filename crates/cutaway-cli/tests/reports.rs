@@ -6,7 +6,7 @@ use common::{command, image, run};
 use serde_json::{Value, json};
 
 /// The names of INTERFACE's statistics and ours, sorted.
-const STATISTICS: [&str; 19] = [
+const STATISTICS: [&str; 20] = [
     "adapter",
     "classify_ms",
     "clip_ms",
@@ -26,6 +26,7 @@ const STATISTICS: [&str; 19] = [
     "skipped_fraction",
     "threads",
     "triangles_or_tetrahedra",
+    "visible_fraction",
 ];
 
 fn parsed(text: &str) -> Value {

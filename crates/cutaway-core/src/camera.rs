@@ -7,6 +7,8 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::numbers::exact;
+
 /// A ray in the world: points `origin + t * direction`, `t >= 0` a world distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -96,7 +98,7 @@ impl Camera {
             return Err(CameraError::Field { field: "view up", found, expected: "a direction, not zero" });
         }
         if !(self.view_angle > 0.0 && self.view_angle < 180.0) {
-            let found = self.view_angle.to_string();
+            let found = exact(self.view_angle);
             return Err(CameraError::Field {
                 field: "view angle",
                 found,
@@ -104,7 +106,7 @@ impl Camera {
             });
         }
         if let Some(half) = self.orthographic.filter(|h| !(*h > 0.0 && h.is_finite())) {
-            let found = half.to_string();
+            let found = exact(half);
             return Err(CameraError::Field {
                 field: "orthographic scale",
                 found,

@@ -1,5 +1,6 @@
 //! Histograms, and the transfer function that a volume gets when nobody gave one.
 
+use crate::defaults::display_range;
 use crate::scene::Mode;
 use crate::transfer_function::{ControlPoint, TransferFunction};
 use crate::volume::{Volume, Voxels};
@@ -17,10 +18,16 @@ pub struct Histogram {
 impl Histogram {
     /// Counts every voxel of a volume in `bins` bins over its value range.
     pub fn new(volume: &Volume, bins: usize) -> Self {
+        Self::over(volume, volume.value_range(), bins)
+    }
+
+    /// Counts every voxel of a volume in `bins` bins over a range of values; voxels outside the range count in the first or
+    /// the last bin.
+    pub fn over(volume: &Volume, range: [f64; 2], bins: usize) -> Self {
         let bins = bins.max(1);
-        let [lo, hi] = volume.stored_range();
         // In f64: the range of f32 voxels may be twice the largest f32.
-        let (lo, hi) = (f64::from(lo), f64::from(hi));
+        let [a, b] = range.map(|value| volume.rescale().stored(value));
+        let (lo, hi) = (a.min(b), a.max(b));
         let scale = if hi > lo { bins as f64 / (hi - lo) } else { 0.0 };
         let bin = |v: f32| (((f64::from(v) - lo) * scale) as usize).min(bins - 1);
         let mut counts = match volume.voxels() {
@@ -32,7 +39,7 @@ impl Histogram {
         if volume.rescale().slope < 0.0 {
             counts.reverse();
         }
-        Self { range: volume.value_range(), counts }
+        Self { range, counts }
     }
 
     /// The value below which `share` (0..=1) of the voxels in bins `from..` lie.
@@ -107,7 +114,7 @@ const BINS: usize = 256;
 /// Otsu's threshold (1979) splits the values into two classes of least variance: background and object. The object
 /// begins a little below it, so that its faint parts stay; above, opacity rises over the percentiles of what is left.
 pub fn default_transfer_function(volume: &Volume) -> TransferFunction {
-    let histogram = Histogram::new(volume, BINS);
+    let histogram = Histogram::over(volume, display_range(volume), BINS);
     let [lo, hi] = histogram.range;
     let otsu = otsu_threshold(&histogram.counts);
     let background = mean_bin(&histogram.counts[..otsu]);
@@ -157,10 +164,11 @@ pub(crate) fn otsu_threshold(counts: &[u64]) -> usize {
     best.1
 }
 
-/// The transfer function of a volume that nobody described, for a mode: projections show the value itself as grey.
+/// The transfer function of a volume that nobody described, for a mode: projections show the value itself as grey, over a
+/// range that a few outliers do not move ([`display_range`]).
 pub fn default_for_mode(volume: &Volume, mode: Mode) -> TransferFunction {
     if matches!(mode, Mode::Mip | Mode::Minip | Mode::Mean) {
-        gray_ramp(volume.value_range())
+        gray_ramp(display_range(volume))
     } else {
         default_transfer_function(volume)
     }
@@ -226,6 +234,28 @@ mod tests {
 
     #[test]
     fn a_volume_of_one_value_has_a_default_too() {
-        default_transfer_function(&volume(vec![7; 30], Rescale::IDENTITY));
+        let constant = volume(vec![7; 30], Rescale::IDENTITY);
+        assert!(default_transfer_function(&constant).evaluate(7.0).1 > 0.02);
+        let gray = default_for_mode(&constant, Mode::Mip).evaluate(7.0).0[0];
+        assert!((gray - 0.5).abs() < 0.01, "{gray}");
+    }
+
+    #[test]
+    fn report_52_two_hot_voxels_do_not_change_the_defaults() {
+        let clean: Vec<u16> = (0..32_768u32).map(|i| (i * i % 901) as u16).collect();
+        let mut hot = clean.clone();
+        (hot[7], hot[9_000]) = (65_535, 65_535);
+        let made = |voxels: Vec<u16>| {
+            let geometry = Geometry::from_spacing(DVec3::ONE);
+            Volume::new(UVec3::splat(32), voxels, Rescale::IDENTITY, geometry).unwrap()
+        };
+        let (clean, hot) = (made(clean), made(hot));
+        for mode in [Mode::Composite, Mode::Mip, Mode::Mean] {
+            let [a, b] = [&clean, &hot].map(|volume| default_for_mode(volume, mode));
+            for value in [0.0, 200.0, 450.0, 700.0, 900.0] {
+                let (a, b) = (a.evaluate(value), b.evaluate(value));
+                assert!((a.1 - b.1).abs() < 0.02 && (a.0[0] - b.0[0]).abs() < 0.02, "{value}: {a:?} {b:?}");
+            }
+        }
     }
 }

@@ -4,7 +4,11 @@
 //! to 80, blood with contrast agent 150 to 450, spongy bone 150 to 500, cortical bone above). MR and ultrasound have no
 //! such scale: their points are shares of a [`RobustScale`] that is measured in the volume.
 
+use std::fmt;
+
+use crate::defaults::robust_range;
 use crate::histogram::{Histogram, otsu_threshold};
+use crate::numbers::short;
 use crate::scene::Mode;
 use crate::transfer_function::{TransferFunction, TransferFunctionError};
 use crate::volume::Volume;
@@ -33,6 +37,36 @@ impl Modality {
             Self::Mr => "MR",
             Self::Us => "US",
             Self::Any => "any",
+        }
+    }
+}
+
+/// Signs that a volume is not in Hounsfield units, as far as its values show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NotHounsfield {
+    /// No value is below 0, where Hounsfield units have air: it looks like CT plus 1024, as scanners store it.
+    Raised {
+        /// Least and greatest value.
+        values: [f64; 2],
+    },
+    /// The values are too close together for any body: it looks scaled to 0 to 1, -1 to 1 or 8 bits.
+    Scaled {
+        /// Least and greatest value.
+        values: [f64; 2],
+    },
+}
+
+impl fmt::Display for NotHounsfield {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Raised { values: [lo, hi] } | Self::Scaled { values: [lo, hi] }) = self;
+        let (lo, hi) = (short(*lo), short(*hi));
+        write!(
+            f,
+            "the preset is in Hounsfield units (air is -1000, water 0), and the volume has {lo} to {hi}"
+        )?;
+        match self {
+            Self::Raised { .. } => write!(f, ", no value below 0: it looks like CT plus 1024"),
+            Self::Scaled { .. } => write!(f, ": it looks scaled to another range"),
         }
     }
 }
@@ -78,6 +112,20 @@ impl Preset {
             }
         };
         function.expect("a test holds that presets are valid")
+    }
+
+    /// Returns the signs that a volume does not have the units of this preset; none where there are none.
+    pub fn unit_mismatch(&self, volume: &Volume) -> Option<NotHounsfield> {
+        if self.modality != Modality::Ct || self.scale != Scale::Absolute {
+            return None;
+        }
+        let values = volume.value_range();
+        let [lo, hi] = values;
+        // Air and bone are about 1300 apart; 8 bits hold 256 values.
+        if hi - lo <= 256.0 {
+            return Some(NotHounsfield::Scaled { values });
+        }
+        (lo >= 0.0).then_some(NotHounsfield::Raised { values })
     }
 
     /// The world length that the opacities are for; none is the mean voxel spacing.
@@ -134,13 +182,15 @@ impl RobustScale {
 
     /// Measures a volume.
     pub fn of(volume: &Volume) -> Self {
-        let histogram = Histogram::new(volume, BINS);
+        // A few outliers must not put all the rest into one bin.
+        let histogram = Histogram::over(volume, robust_range(volume), BINS);
         let [lo, hi] = histogram.range;
         let foreground = otsu_threshold(&histogram.counts).min(BINS - 1);
         let end = lo + foreground as f64 / BINS as f64 * (hi - lo);
         let [middle, high] = [0.5, 0.995].map(|share| histogram.percentile_from(foreground, share).min(hi));
         // The middle of the bin that both are in may lie above either.
-        Self { landmarks: [lo, end, middle.max(end), high.max(middle).max(end), hi] }
+        let [least, greatest] = volume.value_range();
+        Self { landmarks: [least.min(lo), end, middle.max(end), high.max(middle).max(end), greatest.max(hi)] }
     }
 
     /// The value at a share; shares outside 0..=1.25 take the nearest landmark.

@@ -4,6 +4,8 @@ use egui::{Context, Key, KeyboardShortcut, Modifiers};
 
 use super::App;
 use crate::command::{Command, Purpose};
+use cutaway_core::defaults::{Look, default_view};
+
 use crate::picture::navigation::{self, StandardView};
 use crate::render::DebugView;
 
@@ -129,11 +131,13 @@ impl App {
         self.debug = if self.debug == view { DebugView::Off } else { view };
     }
 
-    /// Shows the whole volume as it is first seen.
+    /// Shows what is visible of the volume as it is first seen.
     pub(super) fn reset_view(&mut self) {
         let aspect = self.aspect();
         if let Some(document) = &mut self.document {
-            let camera = cutaway_core::scene::default_camera(document.volume().lattice(), aspect);
+            let data = &document.volume().data;
+            let Ok(scene) = document.state().scene(data, document.clip().as_ref(), [1, 1]) else { return };
+            let camera = default_view(&Look::of(&scene), None, aspect).camera;
             document.look(|c| *c = camera);
         }
     }

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use cutaway_core::defaults::{Look, default_view};
 use cutaway_core::scene::Data;
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_io::scene_file::{ClipFile, SceneFile, paths, read_scene};
@@ -56,9 +57,14 @@ pub fn state_of(file: &SceneFile, data: &Data) -> Result<SceneState, String> {
     } else {
         state.function = cutaway_core::histogram::default_for_mode(volume, file.render.mode);
     }
+    let render = &file.render;
     if let Some(camera) = &file.camera {
         camera.validate().map_err(|e| e.to_string())?;
         state.camera = camera.clone();
+    } else {
+        let (function, mode) = (&state.function, render.mode);
+        let look = Look { volume, function, mode, iso: &render.iso, clip: None };
+        state.camera = default_view(&look, None, 1.0).camera;
     }
     state.lighting = file.lighting.clone();
     state.settings = file.render.clone();

@@ -2,9 +2,10 @@
 
 use cutaway_core::camera::Camera;
 use cutaway_core::clip::Clip;
+use cutaway_core::defaults::{Look, default_view};
 use cutaway_core::histogram;
 use cutaway_core::lighting::Lighting;
-use cutaway_core::scene::{Data, Layer, RenderSettings, Scene, SceneError, default_camera};
+use cutaway_core::scene::{Data, Layer, RenderSettings, Scene, SceneError};
 use cutaway_core::transfer_function::TransferFunction;
 use cutaway_core::volume::Volume;
 
@@ -31,10 +32,13 @@ impl SceneState {
     /// What a volume looks like before anybody has said anything.
     pub fn of_volume(volume: &Volume) -> Self {
         let settings = RenderSettings::default();
+        let function = histogram::default_for_mode(volume, settings.mode);
+        let look = Look { volume, function: &function, mode: settings.mode, iso: &settings.iso, clip: None };
+        let camera = default_view(&look, None, 1.0).camera;
         Self {
-            function: histogram::default_for_mode(volume, settings.mode),
+            function,
             unit_distance: None,
-            camera: default_camera(volume, 1.0),
+            camera,
             lighting: Lighting::default(),
             settings,
             cutting: Cutting::default(),

@@ -4,6 +4,7 @@ pub(crate) mod bench;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod convert;
+mod empty;
 mod function_info;
 mod gpu_info;
 pub(crate) mod info;

@@ -4,12 +4,14 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use cutaway_core::clip::ClipEvents;
+use cutaway_core::clip::{ClipEvents, box_corners, extremes};
+use cutaway_core::defaults::display_range;
 use cutaway_core::image::Image;
 use cutaway_core::scene::Mode;
 use cutaway_io::atomic::write_atomically;
 use cutaway_io::image::{BitDepth, ImageFormat, encode_image, write_depth, write_image};
 
+use super::empty;
 use super::session::Session;
 use crate::args::{Bits, RenderArgs};
 use crate::outputs::Outputs;
@@ -46,11 +48,16 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     drop(progress);
     let (statistics, frame_ms) = (frame.statistics, frame.frame_ms);
     let image = frame.picture.into_image().context("the image stayed on the GPU")?;
+    let visible_fraction = empty::visible_fraction(&image);
+    if visible_fraction == 0.0 && args.debug.is_none() {
+        empty::explain(&prepared, &args.scene, verbosity)?;
+    }
     let image = match background {
         Some(color) => image.over_background(color),
         None => image,
     };
-    let statistics = session.statistics(statistics, vec![frame_ms]);
+    let mut statistics = session.statistics(statistics, vec![frame_ms]);
+    statistics.visible_fraction = Some(visible_fraction);
     verbosity.detail(|| statistics.summary());
     if let (Some(path), Some(text)) = (&args.save_scene, scene_file) {
         write_atomically(path, |w| w.write_all(text.as_bytes())).context("could not write the scene")?;
@@ -156,8 +163,21 @@ fn describe(prepared: &Prepared, verbosity: Verbosity) {
         let volume = prepared.loaded.lattice();
         let [lo, hi] = volume.value_range().map(shown);
         let (d, kind) = (volume.dimensions(), volume.source_type().name());
-        format!("volume: {}, {} x {} x {} {kind}, values {lo} to {hi}", prepared.loaded.name, d.x, d.y, d.z)
+        let [from, to] = display_range(volume).map(shown);
+        format!(
+            "volume: {}, {} x {} x {} {kind}, values {lo} to {hi}; defaults are for {from} to {to} (up to 0.02 % of the \
+             voxels at each end left out)",
+            prepared.loaded.name, d.x, d.y, d.z
+        )
     });
+    if let Some(corners) = prepared.visible {
+        verbosity.detail(|| {
+            let to_world = prepared.loaded.lattice().world_from_voxel();
+            let corners = box_corners(corners).map(|corner| to_world.transform_point3(corner));
+            let [least, most] = extremes(&corners).map(|corner| shown_vector(corner.to_array()));
+            format!("visible: between ({least}) and ({most}), which the view frames")
+        });
+    }
     verbosity.detail(|| {
         let c = &prepared.camera;
         let [at, to, up] = [c.position, c.focal_point, c.view_up].map(shown_vector);

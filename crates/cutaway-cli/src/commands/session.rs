@@ -106,6 +106,7 @@ impl Session {
             segments: frame.segments,
             repaired_lines: frame.repaired_lines,
             skipped_fraction: frame.skipped_fraction,
+            visible_fraction: None,
             peak_rss_bytes: peak_rss_bytes(),
             gpu_bytes: frame.gpu_bytes,
             triangles_or_tetrahedra: frame.primitives,

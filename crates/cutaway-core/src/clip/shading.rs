@@ -70,10 +70,10 @@ impl ClipShading {
     /// Checks every number.
     pub fn validate(&self) -> Result<(), SceneError> {
         if !(0.0..=1e6).contains(&self.thickness) {
-            return Err(setting("thickness", self.thickness, "0 to 1000000 voxels"));
+            return Err(setting("thickness", crate::numbers::exact(self.thickness), "0 to 1000000 voxels"));
         }
         if !(0.0..=1.0).contains(&self.overlay) {
-            return Err(setting("overlay", self.overlay, "0 to 1"));
+            return Err(setting("overlay", crate::numbers::exact(self.overlay), "0 to 1"));
         }
         Ok(())
     }

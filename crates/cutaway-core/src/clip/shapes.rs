@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::{Crossing, Event, Solid};
 use crate::camera::Ray;
+use crate::numbers::exact;
 
 /// Why numbers do not make a shape.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -55,7 +56,7 @@ impl Plane {
             return Err(ShapeError { field: "normal", found, expected: "a direction, not zero" });
         }
         if !(distance.is_finite() && (distance / length).abs() <= LARGEST_COORDINATE) {
-            let found = distance.to_string();
+            let found = exact(distance);
             return Err(ShapeError { field: "distance", found, expected: "a number between -1e30 and 1e30" });
         }
         Ok(Self { normal, distance })
@@ -190,7 +191,7 @@ impl Sphere {
         if radius > 0.0 && radius <= LARGEST_COORDINATE {
             return Ok(Self { center, radius });
         }
-        let found = radius.to_string();
+        let found = exact(radius);
         Err(ShapeError { field: "radius", found, expected: "a length above 0 and at most 1e30" })
     }
 

@@ -6,6 +6,7 @@ use crate::camera::CameraError;
 use crate::clip::PoseError;
 use crate::image::blur::LARGEST_SIGMA;
 use crate::lighting::Lighting;
+use crate::numbers::exact;
 
 /// Why a scene cannot be rendered.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -41,7 +42,11 @@ pub(crate) fn setting(field: &'static str, found: impl ToString, expected: &'sta
 }
 
 fn positive(field: &'static str, found: f64) -> Result<(), SceneError> {
-    if found > 0.0 && found.is_finite() { Ok(()) } else { Err(setting(field, found, "a number above 0")) }
+    if found > 0.0 && found.is_finite() {
+        Ok(())
+    } else {
+        Err(setting(field, exact(found), "a number above 0"))
+    }
 }
 
 pub(super) fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
@@ -49,7 +54,7 @@ pub(super) fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
     if !(1e-3..=1e6).contains(&s.step) {
         return Err(setting(
             "step",
-            s.step,
+            exact(s.step),
             "at least 0.001 (a thousand samples a voxel) and at most 1000000",
         ));
     }
@@ -63,16 +68,16 @@ pub(super) fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
     }
     let share = |v: f64| v > 0.0 && v <= 1.0;
     if !share(s.early_termination) {
-        return Err(setting("early_termination", s.early_termination, "more than 0 and at most 1"));
+        return Err(setting("early_termination", exact(s.early_termination), "more than 0 and at most 1"));
     }
     if !share(s.iso_opacity) {
-        return Err(setting("iso_opacity", s.iso_opacity, "more than 0 and at most 1"));
+        return Err(setting("iso_opacity", exact(s.iso_opacity), "more than 0 and at most 1"));
     }
     if !(s.brightness >= 0.0 && s.brightness.is_finite()) {
-        return Err(setting("brightness", s.brightness, "a number of 0 or more"));
+        return Err(setting("brightness", exact(s.brightness), "a number of 0 or more"));
     }
     if let Some(t) = s.adaptive_threshold.filter(|t| !(0.0..=1.0).contains(t)) {
-        return Err(setting("adaptive_threshold", t, "a difference of 0 to 1"));
+        return Err(setting("adaptive_threshold", exact(t), "a difference of 0 to 1"));
     }
     if s.pre_integration && s.sampling == Sampling::Object {
         let found = "on with `sampling` object";
@@ -87,7 +92,7 @@ pub(super) fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
         ));
     }
     if !(0.0..=LARGEST_SIGMA).contains(&s.blur) {
-        return Err(setting("blur", s.blur, "0 to 64 pixels"));
+        return Err(setting("blur", exact(s.blur), "0 to 64 pixels"));
     }
     if let ImageInterpolation::Factor(factor) = s.image_interpolation
         && !ImageInterpolation::FACTORS.contains(&factor)
@@ -101,7 +106,7 @@ pub(super) fn validate_settings(s: &RenderSettings) -> Result<(), SceneError> {
         return Err(setting("iso", "missing", "at least one isovalue in iso mode"));
     }
     match s.iso.iter().find(|v| !v.is_finite()) {
-        Some(v) => Err(setting("iso", v, "finite numbers")),
+        Some(v) => Err(setting("iso", exact(*v), "finite numbers")),
         None => Ok(()),
     }
 }
@@ -118,7 +123,7 @@ pub(super) fn validate_lighting(l: &Lighting) -> Result<(), SceneError> {
     ];
     for (field, v) in factors {
         if !(0.0..=LARGEST_FACTOR).contains(&v) {
-            return Err(setting(field, v, "0 to 1000000"));
+            return Err(setting(field, exact(v), "0 to 1000000"));
         }
     }
     positive("wrap_power", l.wrap_power)?;

@@ -70,7 +70,11 @@ impl Layer {
         }
         let unit = self.unit_distance;
         if !(1e-30..=1e30).contains(&unit) {
-            return Err(setting("unit_distance", unit, "a length above 0, of 1e-30 to 1e30"));
+            return Err(setting(
+                "unit_distance",
+                crate::numbers::exact(unit),
+                "a length above 0, of 1e-30 to 1e30",
+            ));
         }
         validate_lighting(&self.lighting)
     }

@@ -6,6 +6,7 @@ use cutaway_core::image::Image;
 use cutaway_engine::FrameStatistics;
 
 use crate::args::SceneArgs;
+use crate::commands::empty::visible_fraction;
 use crate::commands::session::Session;
 use crate::commands::statistics::StatisticsFile;
 use crate::report::Verbosity;
@@ -31,7 +32,7 @@ pub(super) fn measure(
 ) -> anyhow::Result<StatisticsFile> {
     let mut session = Session::new(prepared, args, Verbosity::Normal)?;
     let mut times = Vec::new();
-    let mut last = FrameStatistics::default();
+    let mut last = (FrameStatistics::default(), 0.0);
     for i in 0..WARM_UP + orbit.frames {
         let mut camera = prepared.camera.clone();
         let measured = i.checked_sub(WARM_UP);
@@ -39,15 +40,18 @@ pub(super) fn measure(
         camera.azimuth((orbit.degrees * turn).to_radians());
         session.set_camera(camera)?;
         let frame = session.frame(&|_| {})?;
+        let image = frame.picture.into_image().context("the image stayed on the GPU")?;
         if measured.is_some() {
             times.push(frame.frame_ms);
-            last = frame.statistics;
+            last = (frame.statistics, visible_fraction(&image));
         }
         if i == 0 {
-            first(&frame.picture.into_image().context("the image stayed on the GPU")?)?;
+            first(&image)?;
         }
     }
-    Ok(session.statistics(last, times))
+    let (counts, visible_fraction) = last;
+    let visible_fraction = Some(visible_fraction);
+    Ok(StatisticsFile { visible_fraction, ..session.statistics(counts, times) })
 }
 
 /// A scene as `cutaway bench frame` takes it.
