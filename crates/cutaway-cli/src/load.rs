@@ -18,7 +18,7 @@ use cutaway_io::volume::{RawOptions, ReadError, ReadOptions};
 
 use crate::args::RawArgs;
 use crate::report::{Verbosity, wrong_use};
-use crate::values::tip;
+use crate::values::{closest, tip};
 
 /// A volume and how it was come by.
 pub(crate) struct LoadedVolume {
@@ -48,8 +48,9 @@ pub(crate) fn from_scene(
     // What is wrong in a scene file is no wrong use of the program.
     let in_scene = |error: anyhow::Error| anyhow!("{}: {error:#}", scene.display());
     let path = source.path();
-    let described = source.raw_options().map_err(|e| in_scene(unknown_voxel_type(&e.name)))?;
-    said.raw = said.raw.or(described);
+    let described = source.read_options().map_err(|e| in_scene(unknown_voxel_type(&e.name)))?;
+    said.raw = said.raw.or(described.raw);
+    said.volume_index = said.volume_index.or(described.volume_index);
     if path.is_empty() {
         return Err(in_scene(anyhow!(
             "`volume` is empty; give a path, relative to the scene file, or `sample:NAME`"
@@ -85,9 +86,25 @@ fn explained(origin: &VolumeName, error: NamedVolumeError) -> anyhow::Error {
         (NamedVolumeError::Sample(error @ (SampleError::Size { .. } | SampleError::FixedSize { .. })), _) => {
             wrong_use(error.to_string())
         }
+        (NamedVolumeError::Volume(error @ ReadError::Open { .. }), VolumeName::File(path))
+            if std::fs::symlink_metadata(path).is_err() =>
+        {
+            anyhow!("{error}{}", meant_sample(&path.to_string_lossy()))
+        }
         (NamedVolumeError::Volume(error), VolumeName::File(path)) => other_kind(path, error),
         (error, _) => error.into(),
     }
+}
+
+/// The sample that the name of a file that is not there may mean: `mr-head`, `samples:mr-head`, `sample/mr-head`.
+fn meant_sample(name: &str) -> String {
+    let names = samples::names();
+    let bare = name.split_once([':', '/']).filter(|(first, _)| first.starts_with("sample"));
+    let bare = bare.map_or(name, |(_, rest)| rest);
+    let base = bare.split_once(':').map_or(bare, |(base, _)| base);
+    // A name with an extension is that of a file.
+    let near = closest(base, &names).filter(|_| !base.contains(['.', '/', '\\']));
+    near.map_or(String::new(), |near| format!("; did you mean `sample:{near}`?"))
 }
 
 /// A reader's error; where the file is one of the other kinds that cutaway has to do with, what it is.
@@ -173,16 +190,11 @@ impl LoadedVolume {
     /// The source as a scene file at `scene` names it: relative to its folder where the volume lies in or below that,
     /// so that both can move together, else absolute.
     pub(crate) fn source_for(&self, scene: &Path) -> anyhow::Result<VolumeReference> {
-        if self.said.volume_index.is_some_and(|index| index > 0) {
-            return Err(wrong_use(
-                "a scene file cannot hold --volume-index; leave out --save-scene or convert the file",
-            ));
-        }
         let path = match &self.origin {
             VolumeName::Sample(name) => return Ok(VolumeReference::Path(format!("sample:{name}"))),
             VolumeName::File(path) => paths::in_scene(path, scene)?,
         };
-        Ok(VolumeReference::of_raw(path, &self.said.raw))
+        Ok(VolumeReference::with_options(path, &self.said))
     }
 }
 

@@ -91,6 +91,11 @@ impl App {
 
     /// Opens a volume or a scene, and remembers it.
     pub(super) fn open(&mut self, name: String) {
+        self.open_volume(name, None);
+    }
+
+    /// The same, of a volume in a file of several.
+    pub(super) fn open_volume(&mut self, name: String, volume_index: Option<usize>) {
         if !name.starts_with("sample:") {
             let name =
                 std::path::absolute(&name).map(|p| p.to_string_lossy().into_owned()).unwrap_or(name.clone());
@@ -98,7 +103,7 @@ impl App {
             self.recent.insert(0, name);
             self.recent.truncate(MOST_RECENT);
         }
-        self.jobs.open(name);
+        self.jobs.open(name, volume_index);
     }
 
     /// What was dropped on the window: a surface cuts, anything else is opened.

@@ -1,6 +1,7 @@
 //! Work that would make the window wait, in threads of its own: dialogs, reading and writing files.
 
-use cutaway_io::scene_file::{ClipFile, ClipSource, SceneFile};
+use cutaway_io::scene_file::{ClipFile, ClipSource, SceneFile, VolumeReference};
+use cutaway_io::volume::ReadOptions;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -94,9 +95,9 @@ impl Jobs {
     }
 
     /// Opens a volume or a scene file.
-    pub(super) fn open(&self, name: String) {
+    pub(super) fn open(&self, name: String, volume_index: Option<usize>) {
         self.start(move || {
-            Some(open(&name).map_or_else(Done::Failed, |opened| Done::Opened(Box::new(opened))))
+            Some(open(&name, volume_index).map_or_else(Done::Failed, |opened| Done::Opened(Box::new(opened))))
         });
     }
 
@@ -118,13 +119,18 @@ impl Jobs {
 ///
 /// # Errors
 /// One line: the file, the place, what is wrong.
-pub fn open(name: &str) -> Result<Opened, String> {
+pub fn open(name: &str, volume_index: Option<usize>) -> Result<Opened, String> {
     let is_scene = !name.starts_with("sample:") && Path::new(name).extension().is_some_and(|e| e == "json");
     if is_scene {
         let path = std::path::absolute(name).map_err(|e| format!("{name}: {e}"))?;
-        return open_scene(&scene_file::read(&path)?, &path);
+        let mut file = scene_file::read(&path)?;
+        if volume_index.is_some() {
+            file.volume = file.volume.with_volume_index(volume_index);
+        }
+        return open_scene(&file, &path);
     }
-    let volume = OpenVolume::read(name)?;
+    let options = ReadOptions { volume_index, ..ReadOptions::default() };
+    let volume = OpenVolume::read_source(&VolumeReference::with_options(name.to_owned(), &options))?;
     check(&volume, name)?;
     let state = SceneState::of_volume(volume.lattice());
     let notices = volume.notices.clone();

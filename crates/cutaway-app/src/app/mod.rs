@@ -38,6 +38,8 @@ pub use jobs::{Opened, open};
 pub struct Start {
     /// A volume or a scene file; none: the sample, with a cut in it.
     pub open: Option<String>,
+    /// Index of the volume, from 0, where a file holds several.
+    pub volume_index: Option<usize>,
     /// The GPU that window and engines use, by a part of its name; none: the best, and engines leave it to the window if it
     /// is a processor that plays GPU.
     pub gpu: Option<String>,
@@ -121,7 +123,7 @@ impl App {
             reading: Vec::new(),
         };
         match &start.open {
-            Some(name) => app.open(name.clone()),
+            Some(name) => app.open_volume(name.clone(), start.volume_index),
             None => app.jobs.start(|| Some(first_start())),
         }
         app
@@ -489,7 +491,7 @@ impl App {
 fn first_start() -> Done {
     use crate::cutting::{Content, Operand, OperandId, Operation};
     use cutaway_core::clip::{Pose, Sphere};
-    let mut opened = match open("sample:mr-head") {
+    let mut opened = match open("sample:mr-head", None) {
         Ok(opened) => opened,
         Err(line) => return Done::Failed(line),
     };

@@ -8,7 +8,6 @@ use cutaway_core::scene::Data;
 use cutaway_core::volume::Volume;
 use cutaway_io::named::{NamedVolume, VolumeName, read_named};
 use cutaway_io::scene_file::VolumeReference;
-use cutaway_io::volume::ReadOptions;
 
 /// A volume in memory, and where it came from.
 #[derive(Debug)]
@@ -49,8 +48,7 @@ impl OpenVolume {
     /// # Errors
     /// One line: the file, the place, what is wrong.
     pub fn read_source(source: &VolumeReference) -> Result<Self, String> {
-        let raw = source.raw_options().map_err(|e| e.to_string())?;
-        let options = ReadOptions { raw, ..ReadOptions::default() };
+        let options = source.read_options().map_err(|e| e.to_string())?;
         let name = VolumeName::new(source.path().as_ref());
         let NamedVolume { data, notices } = read_named(&name, &options).map_err(|e| e.to_string())?;
         let source = match &name {

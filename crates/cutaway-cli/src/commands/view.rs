@@ -20,7 +20,7 @@ pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<()> {
         // In the terminal, not in a window that has nothing to show.
         std::fs::metadata(name).with_context(|| name.to_owned())?;
     }
-    Ok(cutaway_app::run(cutaway_app::Start { open, gpu: args.gpu.clone() })?)
+    Ok(cutaway_app::run(cutaway_app::Start { open, volume_index: args.volume_index, gpu: args.gpu.clone() })?)
 }
 
 /// Says that this program was built without a window.

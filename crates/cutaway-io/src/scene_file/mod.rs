@@ -7,6 +7,7 @@ mod clip;
 pub mod paths;
 mod read;
 mod volume;
+mod words;
 
 use cutaway_core::camera::Camera;
 use cutaway_core::clip::ClipShading;

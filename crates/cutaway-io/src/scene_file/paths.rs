@@ -1,6 +1,6 @@
 //! Paths in scene files, which are relative to the folder of the file.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::ClipTree;
 
@@ -35,20 +35,48 @@ pub enum ScenePathError {
     },
 }
 
-/// Returns the path that the scene file at `scene` holds for `path`: relative to its folder if the file is in that folder or
-/// below, so that both can move together, otherwise absolute.
+/// Returns the path that the scene file at `scene` holds for `path`: relative to its folder, with `/` between its parts, so that
+/// a folder that holds both can move. Absolute if nothing but the root of the file system holds both (another drive).
 ///
 /// # Errors
 /// A name that is not Unicode; a working folder that is gone.
 pub fn in_scene(path: &Path, scene: &Path) -> Result<String, ScenePathError> {
-    let absolute = |path: &Path| {
-        std::path::absolute(path).map_err(|error| ScenePathError::Io { path: path.to_owned(), error })
+    let resolved = |path: &Path| {
+        let found = std::path::absolute(path).and_then(|there| resolved_folder(&there));
+        found.map_err(|error| ScenePathError::Io { path: path.to_owned(), error })
     };
-    let (there, scene) = (absolute(path)?, absolute(scene)?);
-    let relative = scene.parent().and_then(|folder| there.strip_prefix(folder).ok());
-    let relative = relative.filter(|path| !path.to_string_lossy().starts_with("sample:"));
-    let text = relative.unwrap_or(&there).to_str().map(str::to_owned);
+    let (there, scene) = (resolved(path)?, resolved(scene)?);
+    let relative = scene.parent().and_then(|folder| relative(&there, folder));
+    let relative = relative.filter(|path| !path.starts_with("sample:"));
+    let absolute = std::path::absolute(path).unwrap_or(there);
+    let text = relative.or_else(|| absolute.to_str().map(str::to_owned));
     text.ok_or_else(|| ScenePathError::NotUnicode { path: path.to_owned() })
+}
+
+/// An absolute path whose folder is free of links and of `..`, as far as the folder exists: `..` in a path that is written
+/// leads to where the system would go.
+fn resolved_folder(path: &Path) -> std::io::Result<PathBuf> {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Ok(path.to_owned()) };
+    match folder.canonicalize() {
+        Ok(folder) => Ok(folder.join(name)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(path.to_owned()),
+        Err(error) => Err(error),
+    }
+}
+
+/// The way from a folder to a file: up to the last folder that holds both, then down. None if that is the root of the file
+/// system, or a part of the way is not Unicode. Both are absolute.
+fn relative(file: &Path, folder: &Path) -> Option<String> {
+    let (to, from): (Vec<_>, Vec<_>) = (file.components().collect(), folder.components().collect());
+    let shared = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
+    let is_folder = |part: &Component<'_>| matches!(part, Component::Normal(_));
+    if shared < from.len() && !to[..shared].iter().any(is_folder) {
+        return None;
+    }
+    let up = from[shared..].iter().map(|_| Some(".."));
+    let down = to[shared..].iter().map(|part| part.as_os_str().to_str());
+    let parts: Option<Vec<&str>> = up.chain(down).collect();
+    Some(parts?.join("/"))
 }
 
 /// Returns the path from here to what the scene file at `scene` calls `named`.
@@ -82,15 +110,45 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_below_the_scene_are_relative_and_others_absolute() {
-        let inside = in_scene(Path::new("data/meshes/bunny.ply"), Path::new("data/other.json")).unwrap();
-        assert_eq!(inside, "meshes/bunny.ply");
-        let absolute = std::path::absolute("data/bunny.ply").unwrap();
-        let outside = in_scene(Path::new("data/bunny.ply"), Path::new("elsewhere/scene.json")).unwrap();
-        assert_eq!(Path::new(&outside), absolute);
+    fn report_51_paths_are_relative_to_the_scene() {
+        let root = tempfile::tempdir().unwrap();
+        for folder in ["data/meshes", "scenes"] {
+            std::fs::create_dir_all(root.path().join(folder)).unwrap();
+        }
+        let named =
+            |path: &str, scene: &str| in_scene(&root.path().join(path), &root.path().join(scene)).unwrap();
+        assert_eq!(named("data/meshes/bunny.ply", "data/other.json"), "meshes/bunny.ply");
+        assert_eq!(named("data/ball.nrrd", "scenes/s.json"), "../data/ball.nrrd");
+        assert_eq!(named("ball.nrrd", "data/meshes/s.json"), "../../ball.nrrd");
+        assert_eq!(named("scenes/../data/ball.nrrd", "data/../scenes/s.json"), "../data/ball.nrrd");
+        assert_eq!(named("data/ball.nrrd", "data/s.json"), "ball.nrrd");
         // A file of this name would read as a sample.
-        let sample = in_scene(Path::new("sample:head"), Path::new("scene.json")).unwrap();
-        assert!(Path::new(&sample).is_absolute());
+        assert!(Path::new(&named("sample:head", "scene.json")).is_absolute());
+    }
+
+    #[test]
+    fn report_51_without_a_common_folder_paths_are_absolute() {
+        assert_eq!(relative(Path::new("/mnt/a.nrrd"), Path::new("/home/me")), None);
+        assert_eq!(relative(Path::new("/home/a.nrrd"), Path::new("/home/me")).as_deref(), Some("../a.nrrd"));
+        // The scene file itself is in the root.
+        assert_eq!(relative(Path::new("/mnt/a.nrrd"), Path::new("/")).as_deref(), Some("mnt/a.nrrd"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn folders_behind_links_are_named_by_where_they_are() {
+        let root = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(root.path().join("far/away/scenes")).unwrap();
+        std::os::unix::fs::symlink(root.path().join("far/away/scenes"), root.path().join("scenes")).unwrap();
+        let (volume, scene) = (root.path().join("ball.nrrd"), root.path().join("scenes/s.json"));
+        std::fs::write(&volume, "").unwrap();
+        let named = in_scene(&volume, &scene).unwrap();
+        assert_eq!(named, "../../../ball.nrrd");
+        assert!(root.path().join("far/away/scenes").join(named).exists());
+    }
+
+    #[test]
+    fn paths_of_scenes_begin_at_their_folder() {
         assert_eq!(from_scene("meshes/a.ply", Path::new("data/scene.json")).unwrap(), "data/meshes/a.ply");
         assert_eq!(from_scene("/meshes/a.ply", Path::new("data/scene.json")).unwrap(), "/meshes/a.ply");
     }

@@ -1,12 +1,12 @@
 //! Scene files as JSON.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
-use super::SceneFile;
+use super::{SceneFile, words};
+use crate::files::open_once;
 use crate::text::{self, SAVE_AS_UTF_8};
 
 /// The largest JSON file that is read: a transfer function of 65536 points takes a tenth of it.
@@ -40,15 +40,15 @@ pub enum JsonError {
         /// The encoding.
         found: &'static str,
     },
-    /// Not JSON, or not what was expected; serde's message names field, line and column.
-    #[error("{}: not {what}: {error}; `cutaway schema` prints what is expected", path.display())]
+    /// Not JSON, or not what was expected.
+    #[error("{}: {error} (expected {what}; `cutaway schema` describes it)", path.display())]
     Syntax {
         /// The file.
         path: PathBuf,
         /// What was expected.
         what: &'static str,
-        /// Where and why.
-        error: serde_json::Error,
+        /// The place, the field, what was found and what was expected.
+        error: String,
     },
 }
 
@@ -60,14 +60,14 @@ pub fn read_scene(path: &Path) -> Result<SceneFile, JsonError> {
 fn read<T: DeserializeOwned>(path: &Path, what: &'static str) -> Result<T, JsonError> {
     let io = |error| JsonError::Io { path: path.to_owned(), error };
     let mut bytes = Vec::new();
-    File::open(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
+    open_once(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(JsonError::TooLarge { path: path.to_owned(), what });
     }
     if let Some(found) = text::foreign(&bytes) {
         return Err(JsonError::Encoding { path: path.to_owned(), found });
     }
-    serde_json::from_slice(text::without_mark(&bytes)).map_err(|error| JsonError::Syntax {
+    words::parse(text::without_mark(&bytes)).map_err(|error| JsonError::Syntax {
         path: path.to_owned(),
         what,
         error,

@@ -1,22 +1,26 @@
 //! The entry of a scene file that names its volume.
 
+use std::fmt;
+
 use cutaway_core::volume::VoxelType;
 use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use crate::volume::{RawOptions, UnknownVoxelType};
+use crate::volume::{RawOptions, ReadOptions, UnknownVoxelType};
 
 /// Where a scene file finds its volume.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum VolumeReference {
     /// A path, relative to the scene file, or `sample:NAME`.
     Path(String),
-    /// A raw file with what its name does not tell.
+    /// A file with what its name does not tell: a description of raw voxels, the index of a volume.
     Described(RawVolumeReference),
 }
 
-/// A volume file with a description of its bytes.
+/// A volume file with a description of its bytes, or with the index of one of its volumes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RawVolumeReference {
@@ -37,6 +41,33 @@ pub struct RawVolumeReference {
     /// Bytes before the first voxel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header_bytes: Option<u64>,
+    /// Index of the volume in a file of several (a time series), from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume_index: Option<usize>,
+}
+
+// Derived, it would forget where an error is.
+impl<'de> Deserialize<'de> for VolumeReference {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ReferenceVisitor;
+        impl<'de> Visitor<'de> for ReferenceVisitor {
+            type Value = VolumeReference;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a path, `sample:NAME`, or an object with `path` and what the file does not say")
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<VolumeReference, E> {
+                Ok(VolumeReference::Path(text.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<VolumeReference, A::Error> {
+                RawVolumeReference::deserialize(MapAccessDeserializer::new(map))
+                    .map(VolumeReference::Described)
+            }
+        }
+        deserializer.deserialize_any(ReferenceVisitor)
+    }
 }
 
 impl VolumeReference {
@@ -57,32 +88,55 @@ impl VolumeReference {
         }
     }
 
+    /// Returns the same reference to another volume of its file.
+    #[must_use]
+    pub fn with_volume_index(&self, volume_index: Option<usize>) -> Self {
+        let options = ReadOptions { volume_index, ..ReadOptions::default() };
+        match self {
+            Self::Path(path) => Self::with_options(path.clone(), &options),
+            Self::Described(described) => {
+                Self::Described(RawVolumeReference { volume_index, ..described.clone() })
+            }
+        }
+    }
+
     /// Returns true if it names a sample, which has no path.
     pub fn is_sample(&self) -> bool {
         self.path().starts_with("sample:")
     }
 
-    /// Returns what it says of raw data; nothing where it is a path alone.
+    /// Returns what it says of the file, within the default limits; nothing where it is a path alone.
     ///
     /// # Errors
     /// A name that is not a voxel type.
-    pub fn raw_options(&self) -> Result<RawOptions, UnknownVoxelType> {
-        let Self::Described(described) = self else { return Ok(RawOptions::default()) };
+    pub fn read_options(&self) -> Result<ReadOptions, UnknownVoxelType> {
+        let Self::Described(described) = self else { return Ok(ReadOptions::default()) };
         let unknown = |name: &String| UnknownVoxelType { name: name.clone() };
         let voxel_type = described.voxel_type.as_ref();
         let voxel_type =
             voxel_type.map(|name| VoxelType::from_name(name).ok_or_else(|| unknown(name))).transpose()?;
-        let RawVolumeReference { dims, spacing, big_endian, header_bytes, .. } = *described;
-        Ok(RawOptions { dims, voxel_type, spacing, big_endian, header_bytes })
+        let RawVolumeReference { dims, spacing, big_endian, header_bytes, volume_index, .. } = *described;
+        let raw = RawOptions { dims, voxel_type, spacing, big_endian, header_bytes };
+        Ok(ReadOptions { raw, volume_index, ..ReadOptions::default() })
     }
 
-    /// Returns a reference to `path`, with a description where `raw` holds one.
-    pub fn of_raw(path: String, raw: &RawOptions) -> Self {
-        if *raw == RawOptions::default() {
+    /// Returns a reference to `path`, with whatever `options` say of the file.
+    pub fn with_options(path: String, options: &ReadOptions) -> Self {
+        // The first volume is what a path alone means, too; but of colours and vectors only an index chooses one.
+        if options.raw == RawOptions::default() && options.volume_index.is_none() {
             return Self::Path(path);
         }
-        let RawOptions { dims, voxel_type, spacing, big_endian, header_bytes } = *raw;
+        let RawOptions { dims, voxel_type, spacing, big_endian, header_bytes } = options.raw;
         let voxel_type = voxel_type.map(|t| t.name().to_owned());
-        Self::Described(RawVolumeReference { path, spacing, dims, voxel_type, big_endian, header_bytes })
+        let volume_index = options.volume_index;
+        Self::Described(RawVolumeReference {
+            path,
+            spacing,
+            dims,
+            voxel_type,
+            big_endian,
+            header_bytes,
+            volume_index,
+        })
     }
 }
