@@ -22,11 +22,20 @@ pub(super) fn is_shape(operand: &OsStr) -> bool {
     split(operand).is_some()
 }
 
-/// What a file that is not there may have been meant for: `; did you mean ...?`, or nothing.
+/// What to say of a file that is not there: the shape that was meant, or the shapes that there are.
 pub(super) fn meant(operand: &str) -> String {
     let names = SHAPES.map(|(name, _)| name);
-    let Some((name, numbers)) = operand.split_once(':') else { return String::new() };
-    if numbers.parse::<List>().is_err() { String::new() } else { tip(name, &names) }
+    let shapes =
+        || format!("; shapes are {}", SHAPES.map(|(name, takes)| format!("{name}:{takes}")).join(", "));
+    match operand.split_once(':') {
+        // A letter before a colon is a drive.
+        Some((name, numbers)) if name.len() > 1 && !name.contains(['/', '\\']) => {
+            let tip = if numbers.parse::<List>().is_ok() { tip(name, &names) } else { String::new() };
+            if tip.is_empty() { shapes() } else { tip }
+        }
+        None if names.contains(&operand) => shapes(),
+        _ => String::new(),
+    }
 }
 
 /// The shape that an operand names; none where it is a file.
@@ -148,6 +157,11 @@ mod tests {
             assert!(error.contains(says), "{wrong}: {error}");
         }
         assert!(meant("shpere:1,2,3,4").contains("`sphere`") && meant("C:\\x").is_empty());
+        // report_b6: the shapes that there are, where no name is like it.
+        for operand in ["blob:1", "blob:1,2", "ball:a", "box"] {
+            assert!(meant(operand).contains("sphere:X,Y,Z,R, box:X0,X1"), "{operand}: {}", meant(operand));
+        }
+        assert!(meant("bunny.ply").is_empty());
     }
 
     fn posed(text: &str) -> Result<Pose, String> {

@@ -1,8 +1,9 @@
 //! Objects that lie in files, as the command line names them.
 
+use std::io::ErrorKind;
 use std::sync::Arc;
 
-use anyhow::Context;
+use anyhow::bail;
 use cutaway_core::clip::Solid;
 use cutaway_io::scene_file::ExternalSolid;
 use cutaway_io::solids::{SolidCache, read_solid};
@@ -28,7 +29,9 @@ impl Solids {
             return Ok(solid);
         }
         let path = external.path();
-        std::fs::metadata(path).with_context(|| format!("{path}{}", super::shape::meant(path)))?;
+        if std::fs::symlink_metadata(path).is_err_and(|error| error.kind() == ErrorKind::NotFound) {
+            bail!("cannot open {path}: no such file{}", super::shape::meant(path));
+        }
         let loaded = read_solid(external, self.finder)?;
         self.notices.extend(loaded.notices);
         self.cache.insert(external, loaded.solid.clone());

@@ -97,7 +97,9 @@ fn convert_function(args: &ConvertArgs, verbosity: Verbosity) -> anyhow::Result<
 /// A mesh, or the triangles of spline patches.
 fn load(args: &ConvertArgs, verbosity: Verbosity) -> anyhow::Result<TriangleMesh> {
     if !patches::recognize(&args.input) {
-        if args.tolerance.is_some() {
+        // A file that is not there is not of the wrong kind.
+        let missing = args.input.metadata().is_err();
+        if !missing && args.tolerance.is_some() {
             return Err(wrong_use(format!(
                 "--tolerance is for spline patches; {} is not recognized as any",
                 args.input.display()
