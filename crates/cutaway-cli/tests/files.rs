@@ -210,3 +210,32 @@ fn info_as_json_has_its_names() {
     let counts = info["histogram"]["counts"].as_array().unwrap();
     assert_eq!(counts.iter().map(|n| n.as_u64().unwrap()).sum::<u64>(), 24 * 24 * 24);
 }
+
+/// A grid before any simulation ran: `info` says what there is, `render` what there is not.
+#[test]
+fn report_82_grids_without_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "# vtk DataFile Version 3.0\ntwo tetrahedra\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n\
+        0 0 0\n2 0 0\n0 2 0\n0 0 2\n2 2 2\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n";
+    std::fs::write(folder.path().join("grid.vtk"), text).unwrap();
+    let info: Value = serde_json::from_str(&run(folder.path(), "info grid.vtk --json").succeeds()).unwrap();
+    assert_eq!((&info["points"], &info["tetrahedra"], &info["flat"]), (&5.into(), &2.into(), &0.into()));
+    assert_eq!(info["bounds"], serde_json::json!([[0.0, 0.0, 0.0], [2.0, 2.0, 2.0]]));
+    assert!(info["values"].is_null() && info["range"].is_null(), "{info}");
+    let about = run(folder.path(), "info grid.vtk").succeeds();
+    assert!(about.contains("values       none"), "{about}");
+    run(folder.path(), "render grid.vtk --engine cells -o a.png").fails(1, &["grid.vtk", "but no values"]);
+    let vectors = format!("{text}POINT_DATA 5\nVECTORS velocity float\n{}\n", "1 2 3 ".repeat(5));
+    std::fs::write(folder.path().join("grid.vtk"), vectors).unwrap();
+    let about = run(folder.path(), "info grid.vtk").succeeds();
+    assert!(about.contains("velocity (point data of 3 components)"), "{about}");
+    // On cells, each tetrahedron has its own.
+    let cells = format!("{text}CELL_DATA 2\nSCALARS material int\nLOOKUP_TABLE default\n3 8\n");
+    std::fs::write(folder.path().join("grid.vtk"), cells).unwrap();
+    let info: Value = serde_json::from_str(&run(folder.path(), "info grid.vtk --json").succeeds()).unwrap();
+    assert_eq!(
+        (&info["points"], &info["values"], &info["values_on"]),
+        (&5.into(), &"material".into(), &"cell".into())
+    );
+    assert_eq!(info["range"], serde_json::json!([3.0, 8.0]));
+}

@@ -3,11 +3,13 @@
 //! `tests/golden/README.md` says where the values come from. The real volumes are found through `CUTAWAY_DATA` or in
 //! `../shared/data` beside the workspace; where they are not, their tests show as ignored.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use cutaway_core::space::{WorldFrame, orientation_letters};
 use cutaway_core::volume::Volume;
+use cutaway_io::tetrahedra::{TetrahedraReadOptions, read_grid};
 use cutaway_io::volume::{ReadOptions, read_volume};
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde::Deserialize;
@@ -36,6 +38,7 @@ fn main() {
     let arguments = Arguments::from_args();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut trials = refusals(&data_folder(here));
+    trials.extend(grids(&data_folder(here)));
     for format in ["nifti", "nrrd", "metaimage", "raw"] {
         let text = fs::read_to_string(here.join(format!("tests/golden/{format}.json")));
         let goldens: Vec<Golden> =
@@ -139,4 +142,42 @@ fn refusals(data: &Path) -> Vec<Trial> {
         Trial::test(format!("refused/{name}"), test).with_ignored_flag(missing)
     };
     files.into_iter().map(trial).collect()
+}
+
+/// What another reader found in an unstructured grid.
+#[derive(Clone, Deserialize)]
+struct GridCase {
+    select: BTreeMap<String, String>,
+    points: usize,
+    tetrahedra: usize,
+    range: [f64; 2],
+}
+
+/// Unstructured grids by other writers, with what VTK read from them beside each.
+fn grids(data: &Path) -> Vec<Trial> {
+    #[derive(Deserialize)]
+    struct Reference {
+        unstructured: Vec<GridCase>,
+    }
+    let trial = |name: &str| {
+        let path = data.join("formats/vtk").join(name);
+        let missing = !path.exists();
+        let test = move || {
+            let reference = fs::read_to_string(path.with_added_extension("ref.json"))?;
+            let reference: Reference = serde_json::from_str(&reference)?;
+            reference.unstructured.iter().try_for_each(|case| check_grid(&path, case))
+        };
+        Trial::test(format!("grid/{name}"), test).with_ignored_flag(missing)
+    };
+    ["cells_lz4.vtu", "points_zlib.vtu", "two_arrays_lzma.vtu"].into_iter().map(trial).collect()
+}
+
+fn check_grid(path: &Path, case: &GridCase) -> Result<(), Failed> {
+    let array = case.select.get("array").cloned();
+    let grid = read_grid(path, &TetrahedraReadOptions { array, ..TetrahedraReadOptions::default() })?;
+    same("points", grid.points().len(), case.points)?;
+    same("tetrahedra", grid.tetrahedra().len(), case.tetrahedra)?;
+    let [low, high] = grid.into_mesh()?.lattice().value_range();
+    near("smallest value", low, case.range[0], 1e-5)?;
+    near("largest value", high, case.range[1], 1e-5)
 }
