@@ -99,8 +99,8 @@ fn fields_are_named_with_their_place() {
         "a.nrrd: line 5: found \"encoding\\u{1b} raw\", expected `field: value`, `key:=value` or `# comment`"
     );
     assert_eq!(
-        error("a.mha", &meta("MET_SHORT", "MET_SHORT_ARRAY")),
-        "a.mha: line 4: `ElementType` is \"MET_SHORT_ARRAY\", expected MET_CHAR, MET_UCHAR, MET_SHORT, MET_USHORT, MET_INT, MET_UINT, MET_LONG, MET_ULONG, MET_LONG_LONG, MET_ULONG_LONG, MET_FLOAT or MET_DOUBLE"
+        error("a.mha", &meta("MET_SHORT", "MET_SHORTS")),
+        "a.mha: line 4: `ElementType` is \"MET_SHORTS\", expected MET_CHAR, MET_UCHAR, MET_SHORT, MET_USHORT, MET_INT, MET_UINT, MET_LONG, MET_ULONG, MET_LONG_LONG, MET_ULONG_LONG, MET_FLOAT or MET_DOUBLE"
     );
     assert_eq!(
         error("a.nii", &nifti(42, &(-3i16).to_le_bytes())),
