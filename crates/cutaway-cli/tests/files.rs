@@ -102,7 +102,7 @@ fn a_single_slice_is_described_but_not_rendered() {
 #[test]
 fn wrong_scenes_are_said_by_file() {
     let wrong: &[(&str, &[&str])] = &[
-        ("", &["EOF"]),
+        ("", &["the file ends"]),
         ("{}", &["`volume`"]),
         ("[1, 2", &["line 1"]),
         (r#"{"volume": "sample:sphere:8"} x"#, &["trailing"]),
@@ -127,7 +127,10 @@ fn wrong_scenes_are_said_by_file() {
         (r#"{"volume": "sample:sphere:8", "render": {"mode": "iso"}}"#, &["isovalue"]),
         (r#"{"volume": "sample:sphere:8", "render": {"iso": 5}}"#, &["line 1"]),
         (r#"{"volume": "sample:sphere:8", "transfer_function": {"points": []}}"#, &["at least one point"]),
-        (r#"{"volume": "sample:sphere:8", "lighting": {"shade": 1}}"#, &["boolean"]),
+        (
+            r#"{"volume": "sample:sphere:8", "lighting": {"shade": 1}}"#,
+            &["`lighting.shade`", "true or false"],
+        ),
         (r#"{"volume": "sample:sphere:8", "lighting": {"wrap_power": 0}}"#, &["wrap_power"]),
         (
             r#"{"volume": "sample:sphere:8", "camera": {"position": [0,0,0], "focal_point": [0,0,0]}}"#,

@@ -140,3 +140,24 @@ impl VolumeReference {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn report_10_the_index_of_a_volume_is_kept() {
+        let options = ReadOptions { volume_index: Some(1), ..ReadOptions::default() };
+        let reference = VolumeReference::with_options("three.nii.gz".to_owned(), &options);
+        let text = serde_json::to_string(&reference).unwrap();
+        assert_eq!(text, r#"{"path":"three.nii.gz","volume_index":1}"#);
+        let again: VolumeReference = serde_json::from_str(&text).unwrap();
+        assert_eq!(again, reference);
+        assert_eq!(again.read_options().unwrap().volume_index, Some(1));
+        assert_eq!(again.with_path("a".to_owned()).read_options().unwrap().volume_index, Some(1));
+        let other = again.with_volume_index(Some(2));
+        assert_eq!(other.read_options().unwrap().volume_index, Some(2));
+        let plain = VolumeReference::with_options("a.nrrd".to_owned(), &ReadOptions::default());
+        assert_eq!(plain, VolumeReference::Path("a.nrrd".to_owned()));
+    }
+}
