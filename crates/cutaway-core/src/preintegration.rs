@@ -50,6 +50,7 @@
 mod curve;
 mod exact;
 mod integral;
+mod node;
 mod nodes;
 #[cfg(test)]
 mod tests;
@@ -62,7 +63,7 @@ use crate::transfer_function::TransferFunction;
 use crate::volume::Rescale;
 use curve::Curve;
 use integral::{Entry, Extinction, Integrals};
-use nodes::Node;
+use node::Node;
 
 /// The table of one transfer function, step length and volume; see the module for what it holds and how it is read.
 ///

@@ -11,7 +11,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::{Image, ssim};
+use super::Image;
+use super::ssim::{self, finite};
 
 /// The largest channel difference of a pixel that is not an outlier: two steps of 8 bits.
 pub const OUTLIER_THRESHOLD: f32 = 2.0 / 255.0;
@@ -165,11 +166,6 @@ pub fn difference_image(a: &Image, b: &Image, gain: f32) -> Result<Image, SizeMi
     };
     let pixels = a.pixels().iter().zip(b.pixels()).map(difference).collect();
     Ok(Image { width: a.width(), height: a.height(), pixels, depth: None })
-}
-
-/// Whether every channel is neither NaN nor infinite.
-pub(super) fn finite(pixel: &[f32; 4]) -> bool {
-    pixel.iter().all(|c| c.is_finite())
 }
 
 fn same_size(a: &Image, b: &Image) -> Result<(), SizeMismatch> {

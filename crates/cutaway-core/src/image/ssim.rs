@@ -12,7 +12,7 @@
 
 use rayon::prelude::*;
 
-use super::{Image, compare::finite};
+use super::Image;
 
 const WINDOW: usize = 11;
 const SIGMA: f64 = 1.5;
@@ -109,6 +109,11 @@ fn gaussian(size: usize) -> Vec<f64> {
     let weights: Vec<f64> = (0..size).map(|i| (-0.5 * ((i as f64 - middle) / SIGMA).powi(2)).exp()).collect();
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|w| w / sum).collect()
+}
+
+/// Whether every channel is neither NaN nor infinite.
+pub(super) fn finite(pixel: &[f32; 4]) -> bool {
+    pixel.iter().all(|c| c.is_finite())
 }
 
 #[cfg(test)]

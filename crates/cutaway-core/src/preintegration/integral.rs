@@ -12,7 +12,7 @@
 //! few panels, however many knots it crosses.
 
 use super::curve::{Curve, Side};
-use super::nodes::Node;
+use super::node::Node;
 use crate::transfer_function::extinction;
 
 /// Powers of the series.

@@ -5,13 +5,7 @@
 
 use super::curve::{Curve, Side, Stop};
 use super::integral::Extinction;
-
-/// A node of the table: an edge of the index, from above or from below. A step has a node for either.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Node {
-    pub(super) edge: u32,
-    pub(super) upper: bool,
-}
+use super::node::Node;
 
 /// Errors that are worth a node, one after the other, until there are no more nodes to give; for steps of [`USUAL_STEP`] and
 /// longer. Shorter steps are more steps, over which errors add up: they get smaller ones, in proportion.
