@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use cutaway_core::defaults::View;
 use cutaway_core::lighting::DiffuseCurve;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_core::volume::NanMeaning;
 use cutaway_io::mesh::MeshSpace;
 
 use crate::clip::ClipArgs;
@@ -250,6 +251,10 @@ pub(crate) struct RawArgs {
     /// Which volume of a file that holds several, from 0
     #[arg(long, value_name = "I", value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub(crate) volume_index: Option<usize>,
+    /// How voxels without a value (NaN) are shown: transparent, lowest or highest [transparent: cells that touch them show
+    /// nothing]
+    #[arg(long, value_name = "MEANING", value_parser = values::nan)]
+    pub(crate) nan: Option<NanMeaning>,
 }
 
 /// What values look like.

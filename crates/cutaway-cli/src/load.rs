@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use anyhow::anyhow;
 use cutaway_core::scene::Data;
-use cutaway_core::volume::{Volume, VoxelType};
+use cutaway_core::volume::{NanMeaning, Volume, VoxelType};
 use cutaway_io::mesh::{identify, recognize};
 use cutaway_io::named::{NamedVolume, NamedVolumeError, VolumeName, read_named};
 use cutaway_io::samples::{self, SampleError};
-use cutaway_io::scene_file::{VolumeReference, paths};
+use cutaway_io::scene_file::{SceneFile, VolumeReference, paths};
 use cutaway_io::tetrahedra;
 use cutaway_io::transfer_function::{self, FunctionFormat};
 use cutaway_io::volume::{RawOptions, ReadError, ReadOptions};
@@ -39,12 +39,10 @@ pub(crate) fn from_argument(name: &OsStr, raw: &RawArgs) -> anyhow::Result<Loade
 }
 
 /// Loads what a scene file names, its paths being relative to `folder`. Options of the command line win.
-pub(crate) fn from_scene(
-    source: &VolumeReference,
-    scene: &Path,
-    raw: &RawArgs,
-) -> anyhow::Result<LoadedVolume> {
+pub(crate) fn from_scene(file: &SceneFile, scene: &Path, raw: &RawArgs) -> anyhow::Result<LoadedVolume> {
+    let source = &file.volume;
     let mut said = read_options(raw)?;
+    said.nan = raw.nan.or(file.nan).unwrap_or_default();
     // What is wrong in a scene file is no wrong use of the program.
     let in_scene = |error: anyhow::Error| anyhow!("{}: {error:#}", scene.display());
     let path = source.path();
@@ -157,7 +155,7 @@ pub(crate) fn function_format(name: &OsStr, raw: &RawArgs) -> Option<FunctionFor
 
 /// Whether an argument is said to be a volume, whatever it holds.
 fn is_volume(name: &OsStr, raw: &RawArgs) -> bool {
-    let RawArgs { dims, voxel_type, spacing, big_endian, header_bytes, volume_index } = raw;
+    let RawArgs { dims, voxel_type, spacing, big_endian, header_bytes, volume_index, nan: _ } = raw;
     let described = dims.is_some() || voxel_type.is_some() || spacing.is_some() || *big_endian;
     let described = described || header_bytes.is_some() || volume_index.is_some();
     described || name.to_str().is_some_and(|name| name.starts_with("sample:"))
@@ -187,6 +185,11 @@ impl LoadedVolume {
         }
     }
 
+    /// How a scene file shows voxels without a value; none: by default.
+    pub(crate) fn nan(&self) -> Option<NanMeaning> {
+        Some(self.said.nan).filter(|nan| *nan != NanMeaning::default())
+    }
+
     /// The source as a scene file at `scene` names it: relative to its folder where the volume lies in or below that,
     /// so that both can move together, else absolute.
     pub(crate) fn source_for(&self, scene: &Path) -> anyhow::Result<VolumeReference> {
@@ -209,7 +212,12 @@ fn read_options(raw: &RawArgs) -> anyhow::Result<ReadOptions> {
         big_endian: raw.big_endian.then_some(true),
         header_bytes: raw.header_bytes,
     };
-    Ok(ReadOptions { raw: raw_options, volume_index: raw.volume_index, ..ReadOptions::default() })
+    Ok(ReadOptions {
+        raw: raw_options,
+        volume_index: raw.volume_index,
+        nan: raw.nan.unwrap_or_default(),
+        ..ReadOptions::default()
+    })
 }
 
 fn voxel_type(name: &str) -> anyhow::Result<VoxelType> {

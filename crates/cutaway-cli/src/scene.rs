@@ -46,7 +46,7 @@ impl Prepared {
     pub(crate) fn new(args: &SceneArgs) -> anyhow::Result<Self> {
         Self::of_loaded(args, |file| match (&args.volume, file, &args.scene) {
             (Some(name), _, _) => load::from_argument(name, &args.raw),
-            (None, Some(scene), Some(path)) => load::from_scene(&scene.volume, path, &args.raw),
+            (None, Some(scene), Some(path)) => load::from_scene(scene, path, &args.raw),
             _ => Err(wrong_use("give a volume or a scene file")),
         })
     }
@@ -135,6 +135,7 @@ impl Prepared {
     pub(crate) fn to_file(&self, path: &Path) -> anyhow::Result<SceneFile> {
         Ok(SceneFile {
             volume: self.loaded.source_for(path)?,
+            nan: self.loaded.nan(),
             transfer_function: Some(TransferFunctionFile {
                 unit_distance: self.unit_distance,
                 points: self.function.points().to_vec(),

@@ -11,6 +11,7 @@ use cutaway_core::defaults::View;
 use cutaway_core::lighting::DiffuseCurve;
 pub(crate) use cutaway_core::numbers::short as shown;
 use cutaway_core::scene::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
+use cutaway_core::volume::NanMeaning;
 use cutaway_io::mesh::MeshSpace;
 
 use crate::report::wrong_use;
@@ -170,6 +171,10 @@ pub(crate) fn gradient(text: &str) -> Result<Gradient, String> {
     let all =
         [("central", Gradient::Central), ("sobel", Gradient::Sobel), ("precomputed", Gradient::Precomputed)];
     named(text, "gradient", &all)
+}
+
+pub(crate) fn nan(text: &str) -> Result<NanMeaning, String> {
+    named(text, "meaning of NaN", &NanMeaning::ALL.map(|meaning| (meaning.name(), meaning)))
 }
 
 pub(crate) fn layout(text: &str) -> Result<Layout, String> {

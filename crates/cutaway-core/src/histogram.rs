@@ -36,6 +36,10 @@ impl Histogram {
             Voxels::U16(v) => rebin(&whole(v, 1 << 16), &bin, bins),
             Voxels::F32(v) => count(v, &bin, bins),
         };
+        // Voxels without a value have none of these.
+        for number in volume.missing_numbers() {
+            counts[bin(number)] -= 1;
+        }
         if volume.rescale().slope < 0.0 {
             counts.reverse();
         }

@@ -6,7 +6,7 @@
 use glam::{DAffine3, DMat3, DVec3, UVec3};
 
 use crate::space::WorldFrame;
-use crate::volume::{Geometry, Rescale, Volume, VolumeError, Voxel};
+use crate::volume::{Geometry, NanMeaning, Rescale, Volume, VolumeError, Voxel};
 
 /// Why points, cells and values do not make an unstructured grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -15,6 +15,9 @@ pub enum TetrahedraError {
     /// Nothing to be shown.
     #[error("an unstructured grid needs at least one tetrahedron, found none")]
     Empty,
+    /// No value at any tetrahedron.
+    #[error("every tetrahedron of the unstructured grid has a corner without a value (NaN)")]
+    Missing,
     /// Not a value a point.
     #[error("an unstructured grid needs a value a point: {points} points, found {values} values")]
     ValueCount {
@@ -78,6 +81,20 @@ impl TetrahedralMesh {
         cells: Vec<[u32; 4]>,
         values: Vec<T>,
     ) -> Result<Self, TetrahedraError> {
+        Self::with_nan(points, cells, values, NanMeaning::Transparent)
+    }
+
+    /// As [`Self::new`], with a meaning of values that are NaN: tetrahedra that touch such a point are left out, or the point
+    /// has the lowest or the highest value.
+    ///
+    /// # Errors
+    /// Whatever makes these no grid.
+    pub fn with_nan<T: Voxel>(
+        points: Vec<DVec3>,
+        mut cells: Vec<[u32; 4]>,
+        values: Vec<T>,
+        nan: NanMeaning,
+    ) -> Result<Self, TetrahedraError> {
         if cells.is_empty() {
             return Err(TetrahedraError::Empty);
         }
@@ -97,13 +114,21 @@ impl TetrahedralMesh {
         if let Some(index) = points.iter().position(far) {
             return Err(TetrahedraError::Point { index, found: points[index].to_array() });
         }
+        if nan == NanMeaning::Transparent {
+            cells.retain(|four| four.iter().all(|corner| !values[*corner as usize].to_f64().is_nan()));
+            if cells.is_empty() {
+                return Err(TetrahedraError::Missing);
+            }
+        }
+        let corners = || cells.iter().enumerate().flat_map(|(cell, four)| four.map(|c| (cell, c)));
         // Points that no tetrahedron has do not count.
         let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         for (_, corner) in corners() {
             let p = points[corner as usize];
             bounds = [bounds[0].min(p), bounds[1].max(p)];
         }
-        let lattice = lattice(bounds, &values)?;
+        let meaning = if nan == NanMeaning::Highest { nan } else { NanMeaning::Lowest };
+        let lattice = lattice(bounds, &values)?.with_nan(meaning);
         let values = (0..points.len()).map(|i| lattice.voxels().get(i)).collect();
         Ok(Self { points, cells, values, bounds, lattice })
     }
@@ -241,6 +266,23 @@ mod tests {
         for (stored, value) in mesh.values().iter().zip(values) {
             assert!((rescale.value(f64::from(*stored)) - value).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn report_34_tetrahedra_that_touch_a_point_without_value_are_left_out() {
+        let (mut points, mut cells) = corner();
+        points.push(DVec3::ONE * 3.0);
+        cells.push([1, 2, 3, 4]);
+        let values = vec![0.0, 1.0, 2.0, 3.0, f64::NAN];
+        let made =
+            |nan| TetrahedralMesh::with_nan(points.clone(), cells.clone(), values.clone(), nan).unwrap();
+        let mesh = made(NanMeaning::Transparent);
+        assert_eq!((mesh.cells(), mesh.lattice().value_range()), (&[[0, 1, 2, 3]][..], [0.0, 3.0]));
+        assert!(mesh.lattice().missing_cells().is_none());
+        assert_eq!(made(NanMeaning::Highest).values()[4], 3.0);
+        assert_eq!(made(NanMeaning::Lowest).values()[4], 0.0);
+        let nothing = TetrahedralMesh::new(points.clone(), cells.clone(), vec![f64::NAN; 5]);
+        assert!(matches!(nothing, Err(TetrahedraError::Missing)));
     }
 
     #[test]

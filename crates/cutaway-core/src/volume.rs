@@ -8,6 +8,7 @@
 //! Arrays are x fastest, then y, then z. The volume occupies the box between its outermost voxel *centres*.
 
 mod convert;
+mod missing;
 
 use std::sync::Arc;
 
@@ -17,6 +18,9 @@ use glam::{DAffine3, DVec3, UVec3};
 use rayon::prelude::*;
 
 pub use self::convert::StorageLoss;
+use self::missing::MissingVoxels;
+pub use self::missing::NanMeaning;
+use crate::clip::MissingCells;
 use crate::space::{WorldFrame, orientation_letters};
 
 /// The scalar type that a file or an array had.
@@ -305,13 +309,21 @@ pub struct Volume {
     value_range: [f64; 2],
     replaced: usize,
     loss: Option<StorageLoss>,
+    missing: Option<Arc<Missing>>,
+}
+
+/// Voxels without a value, and the cells that show nothing because of them.
+#[derive(Clone, Debug)]
+struct Missing {
+    voxels: MissingVoxels,
+    cells: Option<Arc<MissingCells>>,
 }
 
 impl Volume {
     /// A volume from voxels in memory.
     ///
     /// `dimensions`: voxels along x, y, z; `voxels`: their product, x fastest; `rescale`: what a stored number means.
-    /// NaN voxels are replaced by the smallest finite voxel (they become background), infinite ones by the nearest
+    /// NaN voxels are missing (see [`Volume::missing`] and [`Volume::with_nan`]), infinite ones are replaced by the nearest
     /// finite extreme; [`Volume::replaced`] counts both.
     pub fn new<T: Voxel>(
         dimensions: UVec3,
@@ -368,7 +380,7 @@ impl Volume {
 
     fn from_stored(
         dimensions: UVec3,
-        stored: Stored,
+        mut stored: Stored,
         rescale: Rescale,
         geometry: Geometry,
         source_type: VoxelType,
@@ -387,6 +399,13 @@ impl Volume {
         if !(held && (b - a).is_finite()) {
             return Err(VolumeError::Range { range: [a, b] });
         }
+        let missing = stored.missing.map(|voxels| {
+            if let Voxels::F32(floats) = &mut stored.voxels {
+                voxels.fill(dimensions, floats);
+            }
+            let cells = voxels.cells(dimensions);
+            Arc::new(Missing { voxels, cells })
+        });
         Ok(Self {
             dimensions,
             voxels: Arc::new(stored.voxels),
@@ -398,7 +417,41 @@ impl Volume {
             value_range: [a.min(b), a.max(b)],
             replaced: stored.replaced,
             loss,
+            missing,
         })
+    }
+
+    /// Returns the volume with another meaning of voxels without a value: at first they are
+    /// [transparent](NanMeaning::Transparent), and once they have values they keep them.
+    #[must_use]
+    pub fn with_nan(mut self, meaning: NanMeaning) -> Self {
+        if meaning == NanMeaning::Transparent {
+            return self;
+        }
+        let Some(missing) = self.missing.take() else { return self };
+        let highest = (meaning == NanMeaning::Highest) == (self.rescale.slope > 0.0);
+        let number = self.stored_range[usize::from(highest)];
+        if let Voxels::F32(floats) = Arc::make_mut(&mut self.voxels) {
+            missing.voxels.indices().for_each(|index| floats[index] = number);
+        }
+        self
+    }
+
+    /// The cells that show nothing because a voxel around them has no value; none: there are no such voxels, or they have
+    /// been given values.
+    pub fn missing_cells(&self) -> Option<&Arc<MissingCells>> {
+        self.missing.as_ref().and_then(|missing| missing.cells.as_ref())
+    }
+
+    /// How many voxels are missing: NaN, and not given a value by [`Self::with_nan`].
+    pub fn missing(&self) -> usize {
+        self.missing.as_ref().map_or(0, |missing| missing.voxels.count)
+    }
+
+    /// Stored numbers of missing voxels, which stand for nothing: for whatever counts values.
+    pub(crate) fn missing_numbers(&self) -> impl Iterator<Item = f32> + '_ {
+        let indices = self.missing.iter().flat_map(|missing| missing.voxels.indices());
+        indices.map(|index| self.voxels.get(index))
     }
 
     /// The same voxels with another meaning and in another place.
@@ -547,6 +600,7 @@ struct Stored {
     numbers: [f64; 2],
     replaced: usize,
     loss: Option<StorageLoss>,
+    missing: Option<MissingVoxels>,
 }
 
 impl Stored {
@@ -556,7 +610,7 @@ impl Stored {
             [lo.to_f64() as f32, hi.to_f64() as f32]
         });
         let numbers = range.map(|stored| f64::from(stored) + offset);
-        Self { voxels, offset, scale: 1.0, range, numbers, replaced: 0, loss: None }
+        Self { voxels, offset, scale: 1.0, range, numbers, replaced: 0, loss: None, missing: None }
     }
 }
 
@@ -682,6 +736,24 @@ mod tests {
         let v = Volume::new(UVec3::new(6, 1, 1), data, Rescale::IDENTITY, unit()).unwrap();
         assert_eq!(v.replaced(), 3);
         assert_eq!([0, 2, 3].map(|i| v.value_clamped(i, 0, 0)), [1.0, 5.0, 1.0]);
+        assert_eq!((v.missing(), v.clone().with_nan(NanMeaning::Lowest).missing()), (1, 0));
+        assert_eq!(v.clone().with_nan(NanMeaning::Highest).value_clamped(0, 0, 0), 5.0);
+        assert_eq!(v.value_range(), [1.0, 5.0]);
+    }
+
+    #[test]
+    fn report_34_missing_voxels_make_up_no_gradient() {
+        let values = vec![f32::NAN, f32::NAN, 3.0, 4.0, f32::NAN, 6.0, f32::NAN, f32::NAN];
+        let v = Volume::new(UVec3::new(8, 1, 1), values, Rescale::IDENTITY, unit()).unwrap();
+        assert_eq!([1, 4, 6].map(|i| v.value_clamped(i, 0, 0)), [3.0, 5.0, 6.0]);
+        // Where an axis has one voxel there is no cell.
+        assert!(v.missing_cells().is_none() && v.missing() == 5);
+        let mut values = vec![1.0; 64];
+        values[21] = f64::NAN;
+        let v = Volume::new(UVec3::splat(4), values, Rescale::IDENTITY, unit()).unwrap();
+        let cells = v.missing_cells().unwrap();
+        let count = (0..27u32).filter(|i| cells.contains(UVec3::new(i % 3, i / 3 % 3, i / 9))).count();
+        assert_eq!((count, v.value_range()), (8, [1.0, 1.0]));
     }
 
     #[test]

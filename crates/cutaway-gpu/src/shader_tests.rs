@@ -300,7 +300,7 @@ fn clip_objects_match_the_shader() {
                 per_x,
                 output,
                 per_y,
-                reserved_y,
+                bare,
                 second,
                 reserved_second,
                 clip_x,

@@ -112,6 +112,7 @@ pub fn read_named(name: &VolumeName, options: &ReadOptions) -> Result<NamedVolum
                 limits: options.limits,
                 array: None,
                 time_step: options.volume_index,
+                nan: options.nan,
             };
             let loaded = read_tetrahedra(path, &options)?;
             return Ok(NamedVolume { data: loaded.value.into(), notices: loaded.notices });

@@ -217,8 +217,13 @@ fn data_files_are_named_with_what_is_wrong_about_them() {
 fn repairs_and_remains_are_noted() {
     let plain = ReadOptions::default();
     assert_eq!(
-        notices("a.nii", &fixture("nifti/float32_nonfinite.nii"), &plain)[..1],
-        ["3 NaN or infinite voxels replaced: NaN by -2131.97900390625, infinite ones by -2131.97900390625 or 1841.8897705078125".to_owned()]
+        notices("a.nii", &fixture("nifti/float32_nonfinite.nii"), &plain)[..2],
+        [
+            "1 values are NaN: cells that touch them show nothing".to_owned(),
+            "2 voxels that are infinite, or out of all proportion to the others, replaced by -2131.97900390625 or \
+             1841.8897705078125"
+                .to_owned()
+        ]
     );
     let longer = [nrrd("", ""), vec![0; 7]].concat();
     assert_eq!(notices("a.nrrd", &longer, &plain), ["a.nrrd goes on after its data: 7 bytes ignored"]);

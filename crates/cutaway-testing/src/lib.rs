@@ -5,6 +5,7 @@ pub mod clips;
 pub mod engines;
 pub mod golden;
 pub mod gpus;
+pub mod missing;
 pub mod random_scenes;
 pub mod real;
 pub mod scenes;

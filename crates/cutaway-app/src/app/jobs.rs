@@ -130,7 +130,7 @@ pub fn open(name: &str, volume_index: Option<usize>) -> Result<Opened, String> {
         return open_scene(&file, &path);
     }
     let options = ReadOptions { volume_index, ..ReadOptions::default() };
-    let volume = OpenVolume::read_source(&VolumeReference::with_options(name.to_owned(), &options))?;
+    let volume = OpenVolume::read_source(&VolumeReference::with_options(name.to_owned(), &options), None)?;
     check(&volume, name)?;
     let state = SceneState::of_volume(volume.lattice());
     let notices = volume.notices.clone();
@@ -140,7 +140,7 @@ pub fn open(name: &str, volume_index: Option<usize>) -> Result<Opened, String> {
 
 fn open_scene(file: &SceneFile, path: &Path) -> Result<Opened, String> {
     let at = |line: String| format!("{}: {line}", path.display());
-    let volume = OpenVolume::read_source(&file.volume).map_err(at)?;
+    let volume = OpenVolume::read_source(&file.volume, file.nan).map_err(at)?;
     let state = scene_file::state_of(file, &volume.data).map_err(at)?;
     let mut notices = volume.notices.clone();
     let mut solids = Solids::default();

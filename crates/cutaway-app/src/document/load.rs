@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use cutaway_core::histogram::Histogram;
 use cutaway_core::scene::Data;
-use cutaway_core::volume::Volume;
+use cutaway_core::volume::{NanMeaning, Volume};
 use cutaway_io::named::{NamedVolume, VolumeName, read_named};
 use cutaway_io::scene_file::VolumeReference;
 
@@ -16,6 +16,8 @@ pub struct OpenVolume {
     pub data: Data,
     /// As a scene file names it; paths are absolute.
     pub source: VolumeReference,
+    /// How voxels without a value are shown; none: by default.
+    pub nan: Option<NanMeaning>,
     /// What the reader had to say, one line each.
     pub notices: Vec<String>,
     histogram: OnceLock<Histogram>,
@@ -27,7 +29,7 @@ const BINS: usize = 512;
 impl OpenVolume {
     /// A volume with the source it is known by.
     pub fn new(data: impl Into<Data>, source: VolumeReference) -> Self {
-        Self { data: data.into(), source, notices: Vec::new(), histogram: OnceLock::new() }
+        Self { data: data.into(), source, nan: None, notices: Vec::new(), histogram: OnceLock::new() }
     }
 
     /// The regular grid that places the data in the world and holds its values.
@@ -40,22 +42,23 @@ impl OpenVolume {
     /// # Errors
     /// One line: the file, the place, what is wrong.
     pub fn read(name: &str) -> Result<Self, String> {
-        Self::read_source(&VolumeReference::Path(name.to_owned()))
+        Self::read_source(&VolumeReference::Path(name.to_owned()), None)
     }
 
-    /// Reads what a scene file names; paths must be good here.
+    /// Reads what a scene file names, and how it shows voxels without a value; paths must be good here.
     ///
     /// # Errors
     /// One line: the file, the place, what is wrong.
-    pub fn read_source(source: &VolumeReference) -> Result<Self, String> {
-        let options = source.read_options().map_err(|e| e.to_string())?;
+    pub fn read_source(source: &VolumeReference, nan: Option<NanMeaning>) -> Result<Self, String> {
+        let mut options = source.read_options().map_err(|e| e.to_string())?;
+        options.nan = nan.unwrap_or_default();
         let name = VolumeName::new(source.path().as_ref());
         let NamedVolume { data, notices } = read_named(&name, &options).map_err(|e| e.to_string())?;
         let source = match &name {
             VolumeName::Sample(_) => source.clone(),
             VolumeName::File(path) => source.with_path(absolute(path)?),
         };
-        Ok(Self { notices, ..Self::new(data, source) })
+        Ok(Self { notices, nan, ..Self::new(data, source) })
     }
 
     /// What the user calls it.

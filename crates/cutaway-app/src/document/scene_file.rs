@@ -94,6 +94,7 @@ pub fn file_of(document: &Document, path: &Path) -> Result<SceneFile, String> {
     };
     Ok(SceneFile {
         volume: source,
+        nan: open.nan,
         transfer_function: Some(TransferFunctionFile {
             unit_distance: state.unit_distance,
             points: state.function.points().to_vec(),

@@ -38,6 +38,12 @@ pub trait Solid: std::any::Any + Send + Sync + std::fmt::Debug {
     /// The unit normal in object space, outward, of a part of the surface at a point on it.
     fn normal(&self, surface: u32, point_in_object: DVec3) -> DVec3;
 
+    /// Returns true if its surface is to be seen: lit, drawn and closed by caps where a segment begins at it. Otherwise it
+    /// only takes away.
+    fn has_surface(&self) -> bool {
+        true
+    }
+
     /// Corners of a box in object space that holds the whole surface; infinite for a half-space.
     fn bounds(&self) -> [DVec3; 2];
 }

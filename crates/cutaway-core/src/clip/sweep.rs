@@ -51,9 +51,10 @@ pub struct ClipSegment {
 }
 
 impl ClipSegment {
-    /// The unit normal in the world of the surface at the near end, out of what is kept, so against the ray.
+    /// The unit normal in the world of the surface at the near end, out of what is kept, so against the ray; none where the
+    /// object [has no surface](super::Solid::has_surface), either.
     pub fn near_normal(&self, clip: &FlatClip, ray_in_world: &Ray) -> Option<DVec3> {
-        let near = self.near?;
+        let near = self.near.filter(|near| clip.leaves()[near.leaf as usize].solid.has_surface())?;
         // Where the ray leaves the object to enter what is kept, the object was cut away: its outside is kept.
         let turned = near.crossing == Crossing::Leaving;
         Some(normal(clip, near, ray_in_world, self.segment.t_near(), turned))

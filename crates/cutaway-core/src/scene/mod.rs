@@ -20,12 +20,15 @@ pub use normal::SceneSpace;
 pub use settings::RenderSettings;
 
 use crate::camera::Camera;
-use crate::clip::{Clip, ClipShading, FlatClip, Impregnation, SegmentLimit};
+use crate::clip::{Clip, ClipShading, FlatClip, Impregnation, ObjectId, Pose, SegmentLimit};
 use crate::lighting::Lighting;
 use crate::space::WorldFrame;
 use crate::transfer_function::TransferFunction;
 use crate::volume::Volume;
 use checks::validate_settings;
+
+/// The object of a scene's clip that is the volume's missing cells.
+const MISSING: ObjectId = ObjectId(u32::MAX);
 
 /// Layers and how to look at them. Cloning shares the data.
 ///
@@ -51,7 +54,9 @@ impl Scene {
         validate_settings(&settings)?;
         let layers = vec![layer.brightened(settings.brightness)];
         let (clip_shading, space) = (ClipShading::default(), SceneSpace::WORLD);
-        Ok(Self { layers, camera, settings, clip: None, clip_shading, space })
+        let mut scene = Self { layers, camera, settings, clip: None, clip_shading, space };
+        scene.set_clip(None)?;
+        Ok(scene)
     }
 
     /// The same scene, clipped: of the volume, what is inside `clip` is shown.
@@ -64,11 +69,25 @@ impl Scene {
 
     /// Another clip, or the same with other poses: costs the number of its nodes, whatever is in them.
     pub fn set_clip(&mut self, clip: Option<&Clip>) -> Result<(), SceneError> {
-        self.clip = clip.map(FlatClip::new).transpose()?;
+        self.clip = match self.missing()? {
+            Some(missing) => {
+                let kept = clip.cloned().unwrap_or_else(Clip::everything);
+                Some(FlatClip::new(&kept.cut(missing))?)
+            }
+            None => clip.map(FlatClip::new).transpose()?,
+        };
         Ok(())
     }
 
-    /// What is shown of the volume; none: all of it.
+    /// The cells of the volume that have no value, which every scene cuts away.
+    fn missing(&self) -> Result<Option<Clip>, SceneError> {
+        let volume = self.volume();
+        let Some(cells) = volume.missing_cells() else { return Ok(None) };
+        let pose = Pose::new(*volume.world_from_voxel())?;
+        Ok(Some(Clip::object(MISSING, cells.clone()).with_pose(pose)))
+    }
+
+    /// What is shown of the volume, also because [voxels are missing](Volume::missing_cells); none: all of it.
     pub fn clip(&self) -> Option<&FlatClip> {
         self.clip.as_ref()
     }

@@ -14,7 +14,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use super::{CHUNK, Stored, Voxel, Voxels};
+use super::{CHUNK, MissingVoxels, Stored, Voxel, Voxels};
 
 /// What was lost when numbers were stored as 32-bit floats; see [`super::Volume::loss`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,13 +55,14 @@ pub(super) fn to_floats<T: Voxel>(given: Cow<'_, [T]>) -> Stored {
     }
     let Some([lo, hi]) = usable.range else {
         let zeros = Voxels::F32(vec![0.0; voxels.len()]);
-        return Stored { replaced: voxels.len(), ..Stored::exact(zeros, 0.0) };
+        return Stored { replaced: voxels.len(), missing: nans(voxels), ..Stored::exact(zeros, 0.0) };
     };
     let offset = offset(voxels, limit, [lo, hi], &usable);
     let greatest = lo.minus(offset).abs().max(hi.minus(offset).abs());
     let form = Form { offset, scale: scale(greatest), range: [lo, hi], limit };
     let same = T::TYPE == super::VoxelType::F32 && usable.replaced == 0;
     let same = same && offset.to_f64() == 0.0 && form.scale == 1.0;
+    let missing = if usable.replaced > 0 { nans(voxels) } else { None };
     let (floats, loss) = match given {
         Cow::Owned(voxels) if same => (as_they_are(voxels), None),
         voxels => {
@@ -77,6 +78,7 @@ pub(super) fn to_floats<T: Voxel>(given: Cow<'_, [T]>) -> Stored {
         scale: form.scale,
         replaced: usable.replaced,
         loss,
+        missing,
         voxels: Voxels::F32(floats),
     }
 }
@@ -85,6 +87,10 @@ pub(super) fn to_floats<T: Voxel>(given: Cow<'_, [T]>) -> Stored {
 fn as_they_are<T: Voxel>(voxels: Vec<T>) -> Vec<f32> {
     let any: Box<dyn std::any::Any> = Box::new(voxels);
     *any.downcast::<Vec<f32>>().expect("callers have checked the type")
+}
+
+fn nans<T: Voxel>(voxels: &[T]) -> Option<MissingVoxels> {
+    MissingVoxels::find(voxels, |v: T| v.to_f64().is_nan())
 }
 
 /// Whether a number takes part: finite and below a limit.
@@ -239,7 +245,7 @@ struct Form<T> {
 }
 
 impl<T: Voxel> Form<T> {
-    /// Infinities and marks become the nearest usable number, NaN the least.
+    /// Infinities and marks become the nearest usable number, NaN the least until its neighbours are known.
     #[inline]
     fn stored(&self, v: T) -> f32 {
         let [lo, hi] = self.range;

@@ -35,8 +35,11 @@ impl GpuClip {
         let mut leaves = Vec::with_capacity(clip.leaves().len());
         let (mut meshes, mut uploaded) = (Vec::new(), 0);
         for (index, leaf) in (0u32..).zip(clip.leaves()) {
-            let uniforms = Leaf::new(leaf, view).ok_or(GpuError::UnknownSolid { object: leaf.object.0 })?;
-            leaves.push(uniforms);
+            let unknown = GpuError::UnknownSolid { object: leaf.object.0 };
+            let bare = u32::from(!leaf.solid.has_surface());
+            let leaf = &*cache.as_mesh(leaf)?;
+            let uniforms = Leaf::new(leaf, view).ok_or(unknown)?;
+            leaves.push(Leaf { bare, ..uniforms });
             if let Some((mesh, bytes)) = cache.get(gpu, leaf)? {
                 meshes.push((index, mesh));
                 uploaded += bytes;

@@ -29,7 +29,7 @@ pub(crate) struct Leaf {
     pub(crate) per_x: [f32; 3],
     pub(crate) output: u32,
     pub(crate) per_y: [f32; 3],
-    pub(crate) reserved_y: u32,
+    pub(crate) bare: u32,
     pub(crate) second: [f32; 3],
     pub(crate) reserved_second: u32,
     pub(crate) clip_x: [f32; 4],

@@ -27,7 +27,8 @@ struct Leaf {
     // Where its inside goes: a gate, or ROOT.
     output: u32,
     per_y: vec3f,
-    reserved_y: u32,
+    // 1: its surface is not to be seen, it only takes away.
+    bare: u32,
     // Of a box: the ways to the faces of large coordinates.
     second: vec3f,
     reserved_second: u32,

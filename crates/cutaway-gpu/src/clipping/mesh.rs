@@ -1,12 +1,13 @@
 //! Meshes on the device: uploaded once, whatever pose they are then given.
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
-use cutaway_core::clip::{FlatLeaf, Solid};
+use cutaway_core::clip::{FlatLeaf, MissingCells, Solid};
 use cutaway_core::glam::{DAffine3, DVec3, Vec3};
-use cutaway_mesh::{MeshSolid, TriangleMesh};
+use cutaway_mesh::{EventFinder, MeshSolid, TriangleMesh, missing_cells};
 
 use crate::context::Gpu;
 use crate::error::GpuError;
@@ -107,6 +108,14 @@ fn octahedral(n: Vec3) -> u32 {
 pub(super) struct MeshCache {
     /// By the solid's address, which no other has while there is a reference to it, however weak.
     meshes: HashMap<usize, Kept>,
+    /// Meshes of what shaders know no other form of: missing cells.
+    made: HashMap<usize, Made>,
+}
+
+#[derive(Debug)]
+struct Made {
+    of: Weak<dyn Solid>,
+    solid: Arc<dyn Solid>,
 }
 
 #[derive(Debug)]
@@ -135,8 +144,27 @@ impl MeshCache {
         Ok(Some((mesh, bytes)))
     }
 
+    /// The object, or, where no shader knows it but as a mesh, the same as a mesh.
+    pub(super) fn as_mesh<'a>(&mut self, leaf: &'a FlatLeaf) -> Result<Cow<'a, FlatLeaf>, GpuError> {
+        let any: &dyn Any = leaf.solid.as_ref();
+        let Some(cells) = any.downcast_ref::<MissingCells>() else { return Ok(Cow::Borrowed(leaf)) };
+        let address = Arc::as_ptr(&leaf.solid).addr();
+        let mut as_mesh = leaf.clone();
+        as_mesh.solid = match self.made.get(&address) {
+            Some(made) => made.solid.clone(),
+            None => {
+                let mesh = missing_cells(cells);
+                let solid: Arc<dyn Solid> = Arc::new(MeshSolid::new(Arc::new(mesh), EventFinder::Bvh));
+                self.made.insert(address, Made { of: Arc::downgrade(&leaf.solid), solid: solid.clone() });
+                solid
+            }
+        };
+        Ok(Cow::Owned(as_mesh))
+    }
+
     /// Lets go of meshes whose solids are gone.
     pub(super) fn forget_dropped(&mut self) {
+        self.made.retain(|_, made| made.of.strong_count() > 0);
         self.meshes.retain(|_, kept| kept.solid.strong_count() > 0);
     }
 

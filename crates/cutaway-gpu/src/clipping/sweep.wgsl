@@ -7,6 +7,7 @@ import package::clipping::events::{
     CAPACITY, ClipEvent, DROPPED, after_id, after_t, begin_events, event_count, events, first_round, left_out, offered,
 };
 import package::clipping::expression::{kept, reset_state, set_inside, set_state_word, state_word};
+import package::clipping::leaf::leaves;
 import package::clipping::octahedral::{octahedral_packed, octahedral_unpacked};
 import package::clipping::settings::sweep;
 import package::shared::frame::frame;
@@ -252,7 +253,9 @@ fn cross_group(first: u32, end: u32) {
     open_t = at;
     open_at_surface = !at_near && !at_far;
     if open_at_surface {
-        open_normal = outward_of_kept(events[cause(first, end, before)]);
+        let event = events[cause(first, end, before)];
+        open_at_surface = leaves[event.word >> 1u].bare == 0u;
+        open_normal = outward_of_kept(event);
     }
 }
 

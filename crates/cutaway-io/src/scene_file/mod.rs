@@ -13,6 +13,7 @@ use cutaway_core::camera::Camera;
 use cutaway_core::clip::ClipShading;
 use cutaway_core::lighting::Lighting;
 use cutaway_core::scene::RenderSettings;
+use cutaway_core::volume::NanMeaning;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,9 @@ use crate::transfer_function::TransferFunctionFile;
 pub struct SceneFile {
     /// The volume.
     pub volume: VolumeReference,
+    /// How voxels without a value (NaN) are shown; by default not at all, nor the cells that touch them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nan: Option<NanMeaning>,
     /// What values look like; made from the volume's histogram unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transfer_function: Option<TransferFunctionFile>,

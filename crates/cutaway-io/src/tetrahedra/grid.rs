@@ -2,12 +2,14 @@
 
 use cutaway_core::glam::DVec3;
 use cutaway_core::tetrahedra::TetrahedralMesh;
+use cutaway_core::volume::NanMeaning;
 
+use super::TetrahedraReadOptions;
 use super::cells::Tetrahedra;
 use super::error::TetrahedraReadError as Error;
 use crate::limits::Limits;
 use crate::volume::error::quoted;
-use crate::volume::{Loaded, Place, loss_notice};
+use crate::volume::{Loaded, Place, loss_notice, nan_notice};
 
 /// The most arrays that are remembered for messages.
 const MOST_ARRAYS: usize = 1000;
@@ -158,11 +160,12 @@ pub struct Grid {
     parsed: Parsed,
     wanted: Wanted,
     limits: Limits,
+    nan: NanMeaning,
 }
 
 impl Grid {
-    pub(super) fn new(file: String, parsed: Parsed, wanted: Wanted, limits: Limits) -> Self {
-        Self { file, parsed, wanted, limits }
+    pub(super) fn new(file: String, parsed: Parsed, wanted: Wanted, options: &TetrahedraReadOptions) -> Self {
+        Self { file, parsed, wanted, limits: options.limits, nan: options.nan }
     }
 
     /// Points of the file.
@@ -201,9 +204,9 @@ impl Grid {
                     quoted(&values.name)
                 ));
             }
-            let replaced = values.numbers.iter().filter(|value| !value.is_finite()).count();
+            let replaced = values.numbers.iter().filter(|value| value.is_infinite()).count();
             if replaced > 0 {
-                notices.push(format!("{replaced} values were not finite and are replaced"));
+                notices.push(format!("{replaced} values are infinite and are replaced"));
             }
         }
         notices
@@ -215,7 +218,10 @@ impl Grid {
     /// As [`Grid::into_mesh`].
     pub fn into_loaded(self) -> Result<Loaded<TetrahedralMesh>, Error> {
         let mut notices = self.notices();
+        let numbers = self.parsed.values.iter().flat_map(|values| &values.numbers);
+        let (missing, nan) = (numbers.filter(|value| value.is_nan()).count(), self.nan);
         let value = self.into_mesh()?;
+        notices.extend((missing > 0).then(|| nan_notice(missing, nan, value.lattice())));
         notices.extend(loss_notice(value.lattice()));
         Ok(Loaded { value, notices })
     }
@@ -225,11 +231,11 @@ impl Grid {
     /// # Errors
     /// No values, no tetrahedra, or numbers that make no grid.
     pub fn into_mesh(self) -> Result<TetrahedralMesh, Error> {
-        let Self { file, parsed, wanted, limits } = self;
+        let Self { file, parsed, wanted, limits, nan } = self;
         let Some(values) = parsed.values else { return Err(wanted.missing(&file, &parsed.arrays)) };
         let Tetrahedra { corners, owners, .. } = parsed.cells;
         let mesh = match values.on {
-            On::Points => TetrahedralMesh::new(parsed.points, corners, values.numbers),
+            On::Points => TetrahedralMesh::with_nan(parsed.points, corners, values.numbers, nan),
             On::Cells => {
                 let needed = (corners.len() as u64).saturating_mul(4 * 36 + 16);
                 if needed > limits.max_bytes || corners.len() > (u32::MAX / 4) as usize {
@@ -240,7 +246,7 @@ impl Grid {
                 let own =
                     (0..corners.len() as u32).map(|k| [4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3]).collect();
                 let numbers = owners.iter().flat_map(|cell| [values.numbers[*cell as usize]; 4]).collect();
-                TetrahedralMesh::new(points, own, numbers)
+                TetrahedralMesh::with_nan(points, own, numbers, nan)
             }
         };
         mesh.map_err(|error| Error::Mesh { file, error })

@@ -27,6 +27,7 @@ use std::io::Read;
 use std::path::Path;
 
 use cutaway_core::tetrahedra::TetrahedralMesh;
+use cutaway_core::volume::NanMeaning;
 
 pub use error::TetrahedraReadError;
 pub use grid::{ArrayInfo, Grid, On};
@@ -47,6 +48,8 @@ pub struct TetrahedraReadOptions {
     pub array: Option<String>,
     /// Which time step to read of several, from 0; none: the first, with a notice.
     pub time_step: Option<usize>,
+    /// How points are shown that have no value (NaN).
+    pub nan: NanMeaning,
 }
 
 /// The array of flags that say which points and cells are copies of another piece's.
@@ -157,5 +160,5 @@ fn parse(file: String, bytes: &[u8], options: &TetrahedraReadOptions) -> Result<
             return Err(TetrahedraReadError::UnknownFormat { file, found });
         }
     };
-    Ok(Grid::new(file, parsed, wanted, options.limits))
+    Ok(Grid::new(file, parsed, wanted, options))
 }

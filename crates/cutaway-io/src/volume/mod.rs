@@ -36,7 +36,7 @@ pub(crate) mod source;
 
 use std::path::Path;
 
-use cutaway_core::volume::{Endian, Geometry, Rescale, Volume, VoxelType};
+use cutaway_core::volume::{Endian, Geometry, NanMeaning, Rescale, Volume, VoxelType};
 
 pub(crate) use detached::plain_name;
 pub use error::{Place, ReadError};
@@ -60,6 +60,8 @@ pub struct ReadOptions {
     /// the first of a series is taken, with a notice; colours and vectors are refused, for one of their components
     /// alone is rarely what is meant.
     pub volume_index: Option<usize>,
+    /// How voxels are shown that have no value (NaN).
+    pub nan: NanMeaning,
 }
 
 /// What was read, and what its user should know about it.
@@ -215,17 +217,31 @@ impl Context<'_> {
     ) -> Result<Volume, ReadError> {
         let volume = Volume::from_bytes(layout.dims, layout.voxel, endian, bytes, rescale, geometry)
             .map_err(|error| ReadError::Volume { file: self.file.clone(), error: Box::new(error) })?;
-        if volume.replaced() > 0 {
-            let [low, high] = volume.value_range().map(shortest);
+        let missing = volume.missing();
+        let infinite = volume.replaced() - missing;
+        let [low, high] = volume.value_range().map(shortest);
+        if missing > 0 {
+            self.notice(nan_notice(missing, self.options.nan, &volume));
+        }
+        if infinite > 0 {
             self.notice(format!(
-                "{} NaN or infinite voxels replaced: NaN by {low}, infinite ones by {low} or {high}",
-                volume.replaced()
+                "{infinite} voxels that are infinite, or out of all proportion to the others, replaced by {low} or {high}"
             ));
         }
         if let Some(notice) = loss_notice(&volume) {
             self.notice(notice);
         }
-        Ok(volume)
+        Ok(volume.with_nan(self.options.nan))
+    }
+}
+
+/// Says how so many NaN values are shown.
+pub(crate) fn nan_notice(count: usize, meaning: NanMeaning, volume: &Volume) -> String {
+    let [low, high] = volume.value_range().map(shortest);
+    match meaning {
+        NanMeaning::Transparent => format!("{count} values are NaN: cells that touch them show nothing"),
+        NanMeaning::Lowest => format!("{count} values are NaN, shown as the lowest value, {low}"),
+        NanMeaning::Highest => format!("{count} values are NaN, shown as the highest value, {high}"),
     }
 }
 
