@@ -1,7 +1,7 @@
 //! Signals that end the program: what is half-written is removed first, and the exit status still tells of the signal.
 //!
-//! Running out of memory ends a Rust program by SIGABRT, after one line on standard error. That line is kept, and the
-//! program then fails as on any other error: exit code 1.
+//! Running out of memory ends a Rust program by SIGABRT, after the runtime has said so on standard error. The program then
+//! fails as on any other error: exit code 1.
 
 /// Has SIGINT, SIGTERM and SIGHUP remove unfinished files before they end the program. A signal that whoever started the
 /// program told it to ignore (`nohup`) stays ignored. Where no thread can be had, signals end the program at once.

@@ -146,7 +146,7 @@ mod tests {
                 "`transfer_function.points[0].value`: found true, expected a number",
             ),
             (r#"{"volume": "v", "clip": {"blob": 1}}"#, "`blob`"),
-            (r#"{"volume": "v", "lighting": []}"#, "`lighting`"),
+            (r#"{"volume": "v", "lighting": 4}"#, "`lighting`: found 4, expected an object"),
             (r#"{"volume": "v", "render": 4}"#, "found 4, expected an object"),
             (r#"{"volume": "v""#, "the file ends before it is complete"),
             ("[]", "expected an object with `volume`"),
