@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each target uses one of the functions")]
 
 use cutaway_io::limits::Limits;
-use cutaway_io::mesh::{MeshReadOptions, read_mesh_bytes};
+use cutaway_io::mesh::{MeshReadOptions, MeshSpace, read_mesh_bytes};
 use cutaway_io::tetrahedra::{TetrahedraReadOptions, read_tetrahedra_bytes};
 use cutaway_io::transfer_function::{FunctionFormat, function_text, read_transfer_function_bytes};
 use cutaway_io::volume::{MemoryFolder, ReadOptions, read_volume_bytes};
@@ -40,8 +40,9 @@ pub(crate) fn raw(data: &[u8]) {
 /// Meshes: the input is a file of any format, which a name may decide; `buffer` is there to be named by glTF. What is
 /// read is repaired.
 pub(crate) fn mesh(data: &[u8]) {
-    let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 }, ..MeshReadOptions::default() };
-    for name in ["a.ply", "a.stl", "a.obj", "a.gltf"] {
+    let names = ["a.ply", "a.stl", "a.obj", "a.gltf"];
+    for (name, space) in names.into_iter().zip(MeshSpace::ALL.into_iter().cycle()) {
+        let options = MeshReadOptions { limits: Limits { max_bytes: 1 << 20 }, space };
         match read_mesh_bytes(name, data, &voxels("buffer"), &options) {
             Ok(loaded) => {
                 loaded.notices.iter().for_each(|notice| assert_one_line(notice));

@@ -136,3 +136,48 @@ fn report_50_what_is_not_a_mesh_is_called_so() {
     }
     run(folder.path(), "info junk.stl").fails(1, &["junk.stl"]);
 }
+
+/// The box that lies at x 1 to 3, y 1 to 4, z -1 to 2 in RAS, as 3D Slicer writes it.
+const LPS_BOX: &str = "# 3D Slicer output. SPACE=LPS\nv -3 -4 -1\nv -1 -4 -1\nv -1 -1 -1\nv -3 -1 -1\nv -3 -4 2\nv -1 -4 2\n\
+    v -1 -1 2\nv -3 -1 2\nf 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 7 8\n";
+
+#[test]
+fn report_26_the_axes_of_a_mesh_are_those_of_its_file_or_of_the_option() {
+    let folder = folder_with(&[("lps.obj", LPS_BOX.as_bytes())]);
+    let text = run(folder.path(), "info lps.obj").succeeds_silently();
+    assert!(text.contains("bounds       1 to 3, 1 to 4, -1 to 2\n"), "{text}");
+    assert!(text.contains("says SPACE=LPS: converted to RAS"), "{text}");
+    let text = run(folder.path(), "info lps.obj --mesh-space ras").succeeds_silently();
+    assert!(text.contains("bounds       -3 to -1, -4 to -1, -1 to 2\n"), "{text}");
+    run(folder.path(), "info sample:mr-head --mesh-space ras").fails(2, &["--mesh-space is for meshes"]);
+    // What is converted says in which axes it is.
+    run(folder.path(), "convert lps.obj ras.ply --quiet").succeeds_silently();
+    let text = run(folder.path(), "info ras.ply").succeeds_silently();
+    assert!(text.contains("bounds       1 to 3, 1 to 4, -1 to 2\n") && !text.contains("note"), "{text}");
+    // A saved scene has the axes, and gives the same image.
+    let cut = "render sample:sphere:16 --cut lps.obj --mesh-space lps --clip-pose fit --resolution 24,24";
+    run(folder.path(), &format!("{cut} -o a.npy --save-scene s.json --quiet")).succeeds();
+    let scene = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let scene: Value = serde_json::from_str(&scene).unwrap();
+    assert_eq!(scene["clip"]["difference"][1]["space"], "lps", "{scene}");
+    run(folder.path(), "render --scene s.json -o b.npy --quiet").succeeds();
+    let [a, b] = ["a.npy", "b.npy"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b, "the scene gives another image");
+}
+
+#[test]
+fn report_40_bounds_far_from_the_origin_are_those_of_the_file() {
+    let far = OPEN_BOX.replace("v 0", "v 500000.35").replace("v 1", "v 500001.65");
+    let folder = folder_with(&[("far.obj", far.as_bytes())]);
+    let text = run(folder.path(), "info far.obj").succeeds_silently();
+    assert!(text.contains("bounds       500000.35 to 500001.65, 0 to 1, 0 to 1\n"), "{text}");
+    let info: Value =
+        serde_json::from_str(&run(folder.path(), "info far.obj --json").succeeds_silently()).unwrap();
+    assert_eq!(info["bounds"], json!([[500000.35, 0.0, 0.0], [500001.65, 1.0, 1.0]]));
+    run(folder.path(), "convert far.obj far.ply").succeeds_silently();
+    let said = run(folder.path(), "convert far.obj far.stl");
+    assert!(said.err.contains("rounding moves vertices by up to"), "{}", said.err);
+    said.succeeds();
+    let text = run(folder.path(), "info far.ply").succeeds_silently();
+    assert!(text.contains("bounds       500000.35 to 500001.65, 0 to 1, 0 to 1\n"), "{text}");
+}

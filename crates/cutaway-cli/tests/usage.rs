@@ -285,6 +285,7 @@ fn every_option_of_render_is_in_the_help_with_words() {
         "--crop",
         "--clip-plane",
         "--clip-pose",
+        "--mesh-space",
         "--segments",
         "--backmost",
         "--clip-events",

@@ -450,3 +450,89 @@ fn report_b3_what_nodes_show_is_counted_before_it_is_made() {
     let MeshReadError::TooLarge { what, .. } = error else { panic!("{error}") };
     assert_eq!(what, "27000000000 vertices and 9000000000 triangles");
 }
+
+/// The box of 1 x 2 x 3 in every text format.
+fn texts() -> Vec<(&'static str, String)> {
+    let (corners, faces) = cuboid([1.0, 2.0, 3.0]);
+    let of_triangles: Vec<Vec<usize>> = triangles(&faces).iter().map(|t| t.to_vec()).collect();
+    let glb = gltf_box(r#","bufferView":0"#, &[], &[]);
+    let length = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
+    let json = std::str::from_utf8(&glb[20..20 + length]).unwrap().trim_end();
+    let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, &glb[28 + length..]);
+    let buffer = format!(r#""buffers":[{{"uri":"data:;base64,{data}","#);
+    vec![
+        ("a.obj", obj(&corners, &faces)),
+        ("a.ply", ply(&corners, &faces, "comment a\n")),
+        ("a.stl", stl_text(&corners, &of_triangles, "part", "endsolid\n")),
+        ("a.gltf", json.replace(r#""buffers":[{"#, &buffer)),
+    ]
+}
+
+#[test]
+fn report_64_a_byte_order_mark_says_nothing() {
+    for (name, text) in texts() {
+        let marked = [b"\xef\xbb\xbf", text.as_bytes()].concat();
+        let packed = gzip(&marked);
+        for (name, bytes) in [(name, &marked), (&*format!("{name}.gz"), &packed)] {
+            let (t, notices) = counted(name, bytes);
+            assert_box(&t);
+            assert_eq!(notices, [""; 0], "{name}");
+        }
+        // Where only the content says what it is.
+        assert!(name == "a.obj" || name == "a.gltf" || read("a", &marked).is_ok(), "{name}");
+    }
+    for (name, bytes) in saying("SPACE=LPS").into_iter().filter(|(name, _)| name.starts_with("text")) {
+        let (t, _) = counted(name, &[b"\xef\xbb\xbf", bytes.as_slice()].concat());
+        assert_eq!(t.bounds.unwrap()[0].x, 1.0, "{name}");
+    }
+}
+
+#[test]
+fn report_64_lines_may_end_in_a_carriage_return() {
+    for (name, text) in texts() {
+        for end in ["\r", "\r\n"] {
+            assert_box(&counted(name, text.replace('\n', end).as_bytes()).0);
+        }
+        let mut ends = ["\n", "\r", "\r\n"].into_iter().cycle();
+        let mixed: String = text
+            .split_inclusive('\n')
+            .map(|l| l.trim_end_matches('\n').to_owned() + ends.next().unwrap())
+            .collect();
+        if name != "a.ply" {
+            assert_box(&counted(name, mixed.as_bytes()).0);
+        }
+        let lines = text.lines().count();
+        assert!(name == "a.gltf" || lines > 10, "{name}");
+    }
+    // In front of binary data, which may begin with a byte that looks like a line feed.
+    let (corners, faces) = cuboid([1.0, 2.0, 3.0]);
+    for end in ["\n", "\r", "\r\n"] {
+        let header = "ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty uchar ten\nproperty float x\nproperty float y\n\
+             property float z\nelement face 6\nproperty list uchar uchar vertex_index\nend_header\n";
+        let mut bytes = header.replace('\n', end).into_bytes();
+        for corner in &corners {
+            bytes.push(b'\n');
+            corner.iter().for_each(|c| bytes.extend((*c as f32).to_le_bytes()));
+        }
+        for face in &faces {
+            bytes.push(4);
+            bytes.extend(face.iter().map(|v| *v as u8));
+        }
+        assert_box(&counted("a.ply", &bytes).0);
+    }
+}
+
+#[test]
+fn report_81_text_in_utf_16_is_called_so() {
+    for (name, text) in texts() {
+        for little in [true, false] {
+            let units = [0xfeff].into_iter().chain(text.encode_utf16());
+            let bytes: Vec<u8> =
+                units.flat_map(|u| if little { u.to_le_bytes() } else { u.to_be_bytes() }).collect();
+            for (name, bytes) in [(name.to_owned(), bytes.clone()), (format!("{name}.gz"), gzip(&bytes))] {
+                let error = read(&name, &bytes).unwrap_err().to_string();
+                assert!(error.ends_with("this is text in UTF-16; save it as UTF-8"), "{error}");
+            }
+        }
+    }
+}

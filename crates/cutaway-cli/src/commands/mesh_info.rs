@@ -92,7 +92,7 @@ fn describe(file: &str, format: &'static str, mesh: &TriangleMesh, notices: Vec<
     }
 }
 
-/// A coordinate with the digits that a mesh between these bounds has: those of single precision, or down to 1e-8 of its
+/// A coordinate with the digits that a mesh between these bounds has: those of single precision, or down to 1e-7 of its
 /// size.
 fn told(coordinate: f64, bounds: Option<[DVec3; 2]>) -> f64 {
     let single = coordinate as f32;
@@ -100,7 +100,7 @@ fn told(coordinate: f64, bounds: Option<[DVec3; 2]>) -> f64 {
         return single.to_string().parse().unwrap_or(coordinate);
     }
     let size = bounds.map_or(0.0, |[low, high]| (high - low).max_element());
-    let digits = (1e-8 * size).log10().floor();
+    let digits = (1e-7 * size).log10().ceil();
     if !(-17.0..0.0).contains(&digits) {
         return coordinate;
     }

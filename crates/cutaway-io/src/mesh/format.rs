@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::MeshReadError;
 use super::space::{self, Stated};
 use super::stl;
+use crate::text;
 use crate::volume::error::{quoted, shown_name};
 use crate::volume::source::open_file;
 
@@ -95,7 +96,7 @@ fn examine(path: &Path) -> Result<(MeshFormat, Vec<u8>), MeshReadError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let length = if inside.is_some() { None } else { Some(source.len()) };
     let head = inside.unwrap_or(head);
-    Ok((detect(&file, &name, &head, length)?, head))
+    Ok((detect(&file, &name, &head, length)?, text::without_mark(&head).to_vec()))
 }
 
 /// The format of a file, from its first bytes (inside, if it is compressed), its name and, where known, its length.
@@ -106,9 +107,15 @@ pub(super) fn detect(
     length: Option<u64>,
 ) -> Result<MeshFormat, MeshReadError> {
     let extension = extension(name);
+    let whole = head;
+    let head = text::without_mark(head);
     let by_content = by_content(head);
     // Binary STL has no mark but that its length fits the count in it.
-    let fits = matches!(extension.as_str(), "stl" | "") && length.is_some_and(|l| stl::fits_binary(head, l));
+    let fits = matches!(extension.as_str(), "stl" | "") && length.is_some_and(|l| stl::fits_binary(whole, l));
+    if let Some(found) = text::foreign(head).filter(|_| !fits) {
+        let (found, hint) = (format!("this is {found}"), text::SAVE_AS_UTF_8);
+        return Err(MeshReadError::Unsupported { file: file.to_owned(), found, hint });
+    }
     let format =
         by_content.or(fits.then_some(MeshFormat::Stl)).or_else(|| MeshFormat::from_extension(&extension));
     if let Some(format) = format

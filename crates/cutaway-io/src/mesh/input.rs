@@ -4,6 +4,7 @@ use std::io::{self, BufRead, Read};
 
 use super::error::MeshReadError;
 use crate::limits::Limits;
+use crate::text::LineEnd;
 use crate::volume::Place;
 use crate::volume::error::quoted;
 use crate::volume::source::{Left, Stream};
@@ -11,17 +12,37 @@ use crate::volume::source::{Left, Stream};
 /// Longest line of text, in bytes. A polygon of ten thousand corners takes a tenth of it.
 const LONGEST_LINE: usize = 1 << 20;
 
+/// How lines end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ends {
+    /// In a line feed, a carriage return, or both: in text without binary data.
+    Any,
+    /// As the first line does: in front of binary data.
+    AsFirst(LineEnd),
+}
+
 /// A file, its limits, and what there is to say about it.
 pub(super) struct Input<'a> {
     stream: Stream<'a>,
     limits: Limits,
+    ends: Ends,
     line: usize,
     notices: Vec<String>,
 }
 
 impl<'a> Input<'a> {
     pub(super) fn new(stream: Stream<'a>, limits: Limits) -> Self {
-        Self { stream, limits, line: 0, notices: Vec::new() }
+        Self { stream, limits, ends: Ends::Any, line: 0, notices: Vec::new() }
+    }
+
+    /// From here on lines end as the first line of the file does, since binary data may follow.
+    pub(super) fn set_line_end(&mut self, end: LineEnd) {
+        self.ends = Ends::AsFirst(end);
+    }
+
+    /// From here on there is only text.
+    pub(super) fn set_text(&mut self) {
+        self.ends = Ends::Any;
     }
 
     pub(super) fn file(&self) -> String {
@@ -123,14 +144,20 @@ impl<'a> Input<'a> {
     /// Reads the next line into `line`, without its end; false where there is none.
     pub(super) fn read_line(&mut self, line: &mut Vec<u8>) -> Result<bool, MeshReadError> {
         line.clear();
-        let read = (&mut self.stream).take(LONGEST_LINE as u64 + 1).read_until(b'\n', line);
+        let read = match self.ends {
+            Ends::Any => read_any_line(&mut self.stream, line),
+            Ends::AsFirst(end) => {
+                (&mut self.stream).take(LONGEST_LINE as u64 + 1).read_until(end.byte(), line)
+            }
+        };
         let read = read.map_err(|error| self.io(error))?;
         self.line += usize::from(read > 0);
-        if line.ends_with(b"\n") {
-            line.pop();
-        } else if line.len() > LONGEST_LINE {
+        if line.len() > LONGEST_LINE && !line.ends_with(b"\n") {
             let found = format!("a line of more than {LONGEST_LINE} bytes");
             return Err(self.syntax(self.line(), found, "lines of text"));
+        }
+        if line.ends_with(b"\n") {
+            line.pop();
         }
         if line.ends_with(b"\r") {
             line.pop();
@@ -191,6 +218,34 @@ impl<'a> Input<'a> {
             None => Err(self.syntax(self.line(), shown(word), "a number")),
         }
     }
+}
+
+/// Reads a line with its end, whichever of the three it has, or a little more than the longest line; returns how many bytes
+/// were read.
+fn read_any_line(stream: &mut Stream<'_>, line: &mut Vec<u8>) -> io::Result<usize> {
+    while line.len() <= LONGEST_LINE {
+        let buffer = stream.fill_buf()?;
+        let Some(end) = buffer.iter().position(|b| matches!(b, b'\n' | b'\r')) else {
+            let all = buffer.len().min(LONGEST_LINE + 1 - line.len());
+            if all == 0 {
+                break;
+            }
+            line.extend_from_slice(&buffer[..all]);
+            stream.consume(all);
+            continue;
+        };
+        let end = (end + 1).min(LONGEST_LINE + 1 - line.len());
+        line.extend_from_slice(&buffer[..end]);
+        stream.consume(end);
+        if line.ends_with(b"\r") && stream.fill_buf()?.first() == Some(&b'\n') {
+            stream.consume(1);
+            line.push(b'\n');
+        }
+        if matches!(line.last(), Some(b'\n' | b'\r')) {
+            break;
+        }
+    }
+    Ok(line.len())
 }
 
 /// A number in text. Fortran writes exponents with `D`.

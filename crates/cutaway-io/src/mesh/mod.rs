@@ -50,6 +50,7 @@ pub use space::MeshSpace;
 pub use write::{MeshWriteError, WrittenSpace, encode_mesh, rounding, write_mesh};
 
 use crate::limits::Limits;
+use crate::text::{self, LineEnd};
 pub use crate::volume::Loaded;
 use crate::volume::error::shown_name;
 use crate::volume::source::{DiskFolder, Folder, Source, Stream, open_file};
@@ -105,12 +106,19 @@ fn read_source(
         head.map_err(|error| MeshReadError::Io { file: file.to_owned(), offset: 0, error })?;
     let length = if inside.is_some() { None } else { Some(source.len()) };
     let format = format::detect(file, name, inside.as_deref().unwrap_or(&head), length)?;
-    let text_stl = stl::is_text(inside.as_deref().unwrap_or(&head));
-    let stated = space::stated(format, inside.as_deref().unwrap_or(&head));
-    let stream = if inside.is_some() { Stream::gunzip(file, source) } else { Stream::plain(file, source) };
+    let content = inside.as_deref().unwrap_or(&head);
+    let marked = content.starts_with(text::MARK);
+    let content = text::without_mark(content);
+    let text_stl = stl::is_text(content);
+    let stated = space::stated(format, content);
+    let line_end = LineEnd::of(content);
+    let mut stream =
+        if inside.is_some() { Stream::gunzip(file, source) } else { Stream::plain(file, source) };
+    let skipped = stream.skip(if marked { text::MARK.len() as u64 } else { 0 });
+    skipped.map_err(|error| MeshReadError::Io { file: file.to_owned(), offset: 0, error })?;
     let mut input = Input::new(stream, options.limits);
     let mesh = match format {
-        MeshFormat::Ply => ply::read(&mut input),
+        MeshFormat::Ply => ply::read(&mut input, line_end),
         MeshFormat::Stl if text_stl => stl::read_text(&mut input),
         MeshFormat::Stl => stl::read_binary(&mut input),
         MeshFormat::Obj => obj::read(&mut input),

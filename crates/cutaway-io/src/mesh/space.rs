@@ -9,6 +9,7 @@ use cutaway_mesh::TriangleMesh;
 use super::MeshFormat;
 use super::input::{shown, words};
 use super::stl;
+use crate::text;
 
 /// The anatomical axes that the coordinates of a mesh file are along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -53,7 +54,7 @@ pub(super) enum Stated {
 
 /// Finds what a file of this format says in its first bytes.
 pub(super) fn stated(format: MeshFormat, head: &[u8]) -> Stated {
-    let lines = || head.split(|b| matches!(b, b'\n' | b'\r'));
+    let lines = || text::lines(head);
     let of_comment = |line: &&[u8]| matches!(words(line).next(), Some(b"comment" | b"obj_info"));
     let found = match format {
         MeshFormat::Stl if stl::is_text(head) => {

@@ -12,12 +12,18 @@ use glam::DVec3;
 use super::builder::Builder;
 use super::error::MeshReadError;
 use super::input::{Input, is_coordinate};
+use crate::text::LineEnd;
 use crate::volume::Place;
-use header::{Element, Header, Property};
+use header::{Element, Encoding, Header, Property};
 use values::Values;
 
-pub(super) fn read(input: &mut Input<'_>) -> Result<TriangleMesh, MeshReadError> {
+/// Reads a file whose first line ends so.
+pub(super) fn read(input: &mut Input<'_>, line_end: LineEnd) -> Result<TriangleMesh, MeshReadError> {
+    input.set_line_end(line_end);
     let Header { encoding, elements } = header::read(input)?;
+    if encoding == Encoding::Ascii {
+        input.set_text();
+    }
     let vertices = elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
     let faces = elements.iter().find(|e| e.name == "face").map_or(0, |e| e.count);
     input.check_size(vertices, faces)?;
