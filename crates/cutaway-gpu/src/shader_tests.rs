@@ -397,22 +397,17 @@ fn what_cells_are_told_matches_their_shaders() {
     assert_layout!(module(crate::cells::SORT_SHADER), "SortTask", SortTask { count, run, shift, runs });
 }
 
-/// The value of a constant of a linked shader.
+/// The value of a constant of a linked shader, from its text: naga drops those without a type of their own.
 fn constant(shader: Shader, name: &str) -> f64 {
-    let module = module(shader);
-    let found = module.constants.iter().find(|(_, constant)| constant.name.as_deref() == Some(name));
-    let (_, found) = found.unwrap_or_else(|| panic!("{} has no constant {name}", shader.path));
-    let naga::Expression::Literal(literal) = module.global_expressions[found.init] else {
-        panic!("{name} of {} is no number", shader.path)
+    let begin = format!("const {name} = ");
+    let line = shader.linked.lines().find_map(|line| line.strip_prefix(&begin));
+    let line = line.unwrap_or_else(|| panic!("{} has no constant {name}", shader.path));
+    let number = line.trim_end_matches(';');
+    let value = match number.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits.trim_end_matches('u'), 16).map(f64::from).ok(),
+        None => number.trim_end_matches(['u', 'i', 'f']).parse().ok(),
     };
-    match literal {
-        naga::Literal::U32(value) => value.into(),
-        naga::Literal::I32(value) => value.into(),
-        naga::Literal::F32(value) => value.into(),
-        naga::Literal::F64(value) | naga::Literal::AbstractFloat(value) => value,
-        naga::Literal::AbstractInt(value) => value as f64,
-        other => panic!("{name} of {} is {other:?}", shader.path),
-    }
+    value.unwrap_or_else(|| panic!("{name} of {} is no number: {line}", shader.path))
 }
 
 /// Numbers that the host and shaders hold, or several shaders.
