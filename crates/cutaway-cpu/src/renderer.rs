@@ -99,6 +99,11 @@ pub struct Statistics {
     pub skipped_fraction: f64,
 }
 
+/// Bytes of stack of each thread that runs kernels. The compiler inlines the kernels into a few large functions. Without
+/// optimisation, as in a plain `cargo run` of another project, their frames need between 4 and 8 MiB, and the usual 2 MiB
+/// overflow. The system provides only the pages that are used.
+pub(crate) const STACK: usize = 32 << 20;
+
 /// Threads and an instruction set.
 #[derive(Debug)]
 pub struct CpuRenderer {
@@ -113,6 +118,7 @@ impl CpuRenderer {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|i| format!("cutaway-{i}"))
+            .stack_size(STACK)
             .build()
             .map_err(|e| CpuError::Threads { threads, reason: e.to_string() })?;
         Ok(Self { pool, level })
@@ -255,5 +261,20 @@ impl Render<'_> {
         drop(rows);
         self.tally = self.tally.and(tally);
         raster
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_have_room_for_kernels_that_are_not_optimised() {
+        let renderer = CpuRenderer::new(2, SimdChoice::Scalar).expect("two threads");
+        // The usual 2 MiB would end the process here.
+        renderer.on_every_thread(|| {
+            let frame = [1u8; 12 << 20];
+            assert_eq!(std::hint::black_box(&frame)[12345], 1);
+        });
     }
 }

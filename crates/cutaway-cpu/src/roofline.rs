@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::cast::Shading;
 use crate::cast::ceiling::{CeilingTile, Done, Looks, TILE, View};
-use crate::renderer::CpuError;
+use crate::renderer::{CpuError, STACK};
 use crate::sample::Grid;
 use crate::simd::{SimdChoice, dispatch};
 
@@ -189,6 +189,7 @@ fn rate<W: FnMut() -> u64>(
     // All threads come to be or none does: a barrier waits for each of them.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .stack_size(STACK)
         .build()
         .map_err(|e| CpuError::Threads { threads, reason: e.to_string() })?;
     Ok(pool.broadcast(|context| run(context.index())).iter().sum())
