@@ -187,7 +187,7 @@ pub(crate) struct SceneArgs {
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
 
-    /// Distance of samples, in units of the smallest voxel spacing [0.5]
+    /// Distance between samples, in voxels along the ray [0.5]
     #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, help_heading = "Sampling")]
     pub(crate) step: Option<f64>,
     /// Accumulated opacity at which a ray ends [0.999]

@@ -169,11 +169,14 @@ impl<S: Simd> Packet<S> {
             bounds: Bounds::default(),
         };
         packet.bounds.hits = hits.any_true();
+        if rays.voxels_per_step > 0.0 && !(rays.on_planes && axis.is_some()) {
+            packet.in_voxels(rays.voxels_per_step);
+        }
         if let (Some(axis), true) = (axis, packet.bounds.hits) {
             if rays.on_planes {
                 packet.onto_planes(simd, axis, hits);
             } else {
-                packet.delay(simd, axis, hits, rays.step_length);
+                packet.delay(simd, axis, hits);
             }
             packet.bound(simd, axis, hits);
         }
@@ -188,15 +191,22 @@ impl<S: Simd> Packet<S> {
         packet
     }
 
+    /// Makes each step so many voxels along its own ray, whatever that is in the world.
+    #[inline(always)]
+    fn in_voxels(&mut self, voxels: f32) {
+        let [x, y, z] = self.stride;
+        let per_step = x.mul_add(x, y.mul_add(y, z * z)).sqrt() * (1.0 / voxels);
+        for a in 0..3 {
+            self.stride[a] /= per_step;
+        }
+        self.end *= per_step;
+        self.world_step /= per_step;
+        self.opacity_scale /= per_step;
+    }
+
     /// Brings the rays in step along an axis.
     #[inline(always)]
-    fn delay(
-        &mut self,
-        simd: S,
-        (axis, ascending): (usize, bool),
-        hits: <S::f32s as SimdBase<S>>::Mask,
-        step_length: f32,
-    ) {
+    fn delay(&mut self, simd: S, (axis, ascending): (usize, bool), hits: <S::f32s as SimdBase<S>>::Mask) {
         let sign = if ascending { 1.0 } else { -1.0 };
         let zero = S::f32s::splat(simd, 0.0);
         let along = self.origin[axis] * sign;
@@ -207,7 +217,7 @@ impl<S: Simd> Packet<S> {
         for a in 0..3 {
             self.origin[a] -= self.stride[a] * self.first;
         }
-        self.t_origin -= self.first * step_length;
+        self.t_origin -= self.first * self.world_step;
     }
 
     /// Makes a step of what is nearest to a plane of voxels across an axis: the planes are at `j + 1/2`. Rays then enter

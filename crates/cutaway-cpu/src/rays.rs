@@ -24,6 +24,7 @@ pub(crate) struct Frame<'a> {
     pub(crate) height: u32,
     /// World length of a step.
     pub(crate) step_length: f64,
+    voxels_per_step: f32,
     /// Points of the rays near the middle of the volume, in voxel space.
     points: PixelPlane,
     /// Directions of the rays, in voxel space, for one world unit of depth.
@@ -60,6 +61,8 @@ pub(crate) struct PacketRays {
     pub(crate) step_length: f32,
     /// Whether samples lie on planes of voxels.
     pub(crate) on_planes: bool,
+    /// Voxels along each ray from sample to sample, where steps differ from ray to ray; 0 where they do not.
+    pub(crate) voxels_per_step: f32,
 }
 
 impl<'a> Frame<'a> {
@@ -112,6 +115,7 @@ impl<'a> Frame<'a> {
             tangents,
             depth,
             on_planes,
+            voxels_per_step: scene.voxels_per_step().unwrap_or(0.0) as f32,
         }
     }
 
@@ -185,6 +189,7 @@ impl<'a> Frame<'a> {
             depth: self.depth as f32,
             step_length: self.step_length as f32,
             on_planes: self.on_planes,
+            voxels_per_step: self.voxels_per_step,
         }
     }
 

@@ -184,7 +184,7 @@ fn frame_uniforms_match_the_shader() {
             per_block_edge,
             per_coarse_edge,
             per_voxels,
-            reserved,
+            voxels_per_step,
         }
     );
 }

@@ -3,6 +3,7 @@
 #[path = "engines/flat.rs"]
 mod flat;
 
+use cutaway_core::camera::Camera;
 use cutaway_core::clip::{AxisBox, BufferDepth, Clip, ClipEvents, ClipShading, ObjectId};
 use cutaway_core::glam::{DVec3, UVec3};
 use cutaway_core::image::{Image, compare::compare};
@@ -11,6 +12,7 @@ use cutaway_core::scene::{
     Data, Engine, Gradient, ImageInterpolation, Layer, Layout, Mode, RenderSettings, Sampling, Scene,
     SpaceSkipping,
 };
+use cutaway_core::transfer_function::{ControlPoint, TransferFunction};
 use cutaway_core::volume::{Geometry, Rescale, Volume};
 use cutaway_engine::{ENGINES, EngineError, Entry, Frame, Notice, Renderer, Request, Setting};
 use cutaway_testing::gpus;
@@ -235,6 +237,62 @@ fn report_62_plateaus_at_the_isovalue(engine: &'static str) -> Result<(), Failed
     Ok(())
 }
 
+/// A soft ball on a grid whose spacing along z is `ratio` times that along x and y, seen so that only the scale differs.
+fn stretched(ratio: f64, turn: f64, step: f64) -> Result<Scene, Failed> {
+    let d = UVec3::new(33, 33, 17);
+    let at = |i: u32| UVec3::new(i % 33, i / 33 % 33, i / (33 * 33)).as_dvec3() - DVec3::new(16.0, 16.0, 8.0);
+    let soft_ball = |p: DVec3| (1.0 - (p * DVec3::new(1.0, 1.0, 2.0)).length() / 16.0).max(0.0) as f32;
+    let voxels: Vec<f32> = (0..33 * 33 * 17).map(|i| soft_ball(at(i))).collect();
+    let geometry = Geometry::from_spacing(DVec3::new(1.0, 1.0, ratio));
+    let volume = Volume::new(d, voxels, Rescale::IDENTITY, geometry)?;
+    let function = TransferFunction::new(vec![
+        ControlPoint { value: 0.1, color: [0.9, 0.3, 0.1], opacity: 0.0 },
+        ControlPoint { value: 1.0, color: [0.2, 0.6, 0.9], opacity: 0.2 },
+    ])?;
+    // The way through the ball has the same depth at every ratio.
+    let layer = Layer::new(volume, &function).with_unit_distance(Some(ratio.max(1.0)));
+    let mut camera = Camera {
+        position: [16.0, 16.0, 8.0 * ratio + 60.0 * ratio.max(1.0)],
+        focal_point: [16.0, 16.0, 8.0 * ratio],
+        view_up: [0.0, 1.0, 0.0],
+        view_angle: 30.0,
+        orthographic: None,
+    };
+    if turn == 0.0 {
+        camera.orthographic = Some(17.0);
+    } else {
+        camera = cutaway_core::scene::default_camera(layer.data().lattice(), 1.5);
+        camera.azimuth(turn);
+    }
+    let layer = layer.with_lighting(Lighting { shade: turn != 0.0, ..Lighting::default() });
+    Ok(Scene::new(layer, camera, RenderSettings { resolution: SMALL, step, ..RenderSettings::default() })?)
+}
+
+/// Report 63: a step is so many voxels along the ray, so that samples do not grow with the ratio of the spacings, and images
+/// stay as near to the reference, along the axis and aslant.
+fn report_63_spacings_of_any_ratio(engine: &'static str) -> Result<(), Failed> {
+    let frame = |scene: &Scene| rendered(&mut Renderer::default().with_choice(engine), scene);
+    let even = frame(&stretched(1.0, 0.0, 0.5)?)?;
+    for ratio in [0.01, 1.7, 20.0, 1000.0] {
+        let along = stretched(ratio, 0.0, 0.5)?;
+        let found = frame(&along)?;
+        let (samples, of_even) = (found.statistics.samples, even.statistics.samples);
+        if let (Some(found), Some(even)) = (samples, of_even)
+            && found > 4 * even
+        {
+            return Err(format!("ratio {ratio}: {found} samples, {even} with equal spacings").into());
+        }
+        for scene in [along, stretched(ratio, 0.4, 0.25)?] {
+            let truth = image(rendered(&mut Renderer::default().with_choice("reference"), &scene)?)?;
+            let rmse = compare(&truth, &image(frame(&scene)?)?)?.rmse;
+            if rmse > 0.005 {
+                return Err(format!("ratio {ratio}: RMSE {rmse}").into());
+            }
+        }
+    }
+    Ok(())
+}
+
 /// A sixth engine: one file, and one line here.
 fn a_sixth_engine_renders() -> Result<(), Failed> {
     let entry = Entry { name: "flat", start: flat::start };
@@ -286,6 +344,11 @@ fn main() {
     for engine in ["reference", "cpu", "raycast"] {
         let name = format!("{engine}::report_62_plateaus_at_the_isovalue");
         let trial = Trial::test(name, move || report_62_plateaus_at_the_isovalue(engine));
+        trials.push(trial.with_ignored_flag(no_adapter && ON_DEVICE.contains(&engine)));
+    }
+    for engine in ["cpu", "raycast", "slices"] {
+        let name = format!("{engine}::report_63_spacings_of_any_ratio");
+        let trial = Trial::test(name, move || report_63_spacings_of_any_ratio(engine));
         trials.push(trial.with_ignored_flag(no_adapter && ON_DEVICE.contains(&engine)));
     }
     trials.push(Trial::test("a_sixth_engine_renders", a_sixth_engine_renders));

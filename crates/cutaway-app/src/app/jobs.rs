@@ -1,5 +1,6 @@
 //! Work that would make the window wait, in threads of its own: dialogs, reading and writing files.
 
+use cutaway_core::glam::DVec3;
 use cutaway_io::scene_file::{ClipFile, ClipSource, SceneFile, VolumeReference};
 use cutaway_io::volume::ReadOptions;
 use std::path::{Path, PathBuf};
@@ -113,6 +114,29 @@ impl Jobs {
             Err(line) => Some(Done::Failed(line)),
         });
     }
+}
+
+/// The sample, with a cut in it.
+pub(super) fn first_start() -> Done {
+    use crate::cutting::{Content, Operand, OperandId, Operation};
+    use cutaway_core::clip::{Pose, Sphere};
+    let mut opened = match open("sample:mr-head", None) {
+        Ok(opened) => opened,
+        Err(line) => return Done::Failed(line),
+    };
+    // The volume's right front upper quarter, where there is brain below the skin.
+    if let Ok(sphere) = Sphere::new(DVec3::ZERO, 60.0) {
+        let center = cutaway_core::glam::DAffine3::from_translation(DVec3::new(-308.0, 90.0, 500.0));
+        opened.state.cutting.operands.push(Operand {
+            id: OperandId(1),
+            name: "sphere".to_owned(),
+            operation: Operation::Cut,
+            visible: true,
+            pose: Pose::new(center).unwrap_or(Pose::IDENTITY),
+            content: Content::Object(ClipSource::Sphere(sphere)),
+        });
+    }
+    Done::Opened(Box::new(opened))
 }
 
 /// Opens what the user named: a scene file, a volume, or `sample:NAME`.

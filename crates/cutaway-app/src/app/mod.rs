@@ -28,7 +28,7 @@ use crate::panels::Panels;
 use crate::picture::{self, Picture, Projection, navigation};
 use crate::render::{Answer, DebugView, RenderService, Request};
 use crate::slices;
-use jobs::{Done, Jobs};
+use jobs::{Done, Jobs, first_start};
 use readout::Readout;
 
 pub use jobs::{Opened, open};
@@ -485,27 +485,4 @@ impl App {
             document.settle();
         }
     }
-}
-
-/// The sample, with a cut in it.
-fn first_start() -> Done {
-    use crate::cutting::{Content, Operand, OperandId, Operation};
-    use cutaway_core::clip::{Pose, Sphere};
-    let mut opened = match open("sample:mr-head", None) {
-        Ok(opened) => opened,
-        Err(line) => return Done::Failed(line),
-    };
-    // The volume's right front upper quarter, where there is brain below the skin.
-    if let Ok(sphere) = Sphere::new(DVec3::ZERO, 60.0) {
-        let center = cutaway_core::glam::DAffine3::from_translation(DVec3::new(-308.0, 90.0, 500.0));
-        opened.state.cutting.operands.push(Operand {
-            id: OperandId(1),
-            name: "sphere".to_owned(),
-            operation: Operation::Cut,
-            visible: true,
-            pose: Pose::new(center).unwrap_or(Pose::IDENTITY),
-            content: Content::Object(ClipSource::Sphere(sphere)),
-        });
-    }
-    Done::Opened(Box::new(opened))
 }

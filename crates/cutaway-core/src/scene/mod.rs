@@ -30,6 +30,9 @@ use checks::validate_settings;
 /// The object of a scene's clip that is the volume's missing cells.
 const MISSING: ObjectId = ObjectId(u32::MAX);
 
+/// Spacings that differ by less than this share are equal: files round them.
+const EQUAL_SPACINGS: f64 = 1e-4;
+
 /// Layers and how to look at them. Cloning shares the data.
 ///
 /// A scene has one layer today.
@@ -166,7 +169,16 @@ impl Scene {
         &self.settings
     }
 
-    /// Distance of samples along a ray, in world units.
+    /// Returns the number of voxels along a ray from sample to sample, where a step is so many of them and its world length
+    /// depends on the direction: a step is `1 / |d|` times as long, with `d` the ray's unit direction in voxel space. None
+    /// where all spacings are equal; then every step is [`Self::step_length`] long.
+    pub fn voxels_per_step(&self) -> Option<f64> {
+        let spacing = self.volume().spacing();
+        let equal = spacing.max_element() <= spacing.min_element() * (1.0 + EQUAL_SPACINGS);
+        (!equal).then_some(self.settings.step)
+    }
+
+    /// Returns the world length of a step along the axis of smallest spacing: the step that tables are made for.
     pub fn step_length(&self) -> f64 {
         self.settings.step * self.volume().spacing().min_element()
     }

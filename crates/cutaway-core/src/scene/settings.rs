@@ -17,7 +17,7 @@ pub struct RenderSettings {
     pub iso: Vec<f64>,
     /// Opacity of isosurfaces, above 0 and at most 1.
     pub iso_opacity: f64,
-    /// Distance of samples in units of the smallest voxel spacing; above 0.
+    /// Distance between samples in voxels along the ray; above 0.
     pub step: f64,
     /// Which renderer makes the image.
     pub engine: Engine,

@@ -301,9 +301,10 @@ impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {
             let mut alpha_of_part = open.select(alpha, S::f32s::splat(simd, 0.0));
             if alpha_of_part.simd_gt(0.0).any_true() {
                 let mut color = [r, g, b];
-                let short = open & part.length.simd_lt(1.0);
-                if short.any_true() {
-                    alpha_of_part = shorter(simd, alpha_of_part, part.length);
+                let steps = part.length * self.packet.opacity_scale;
+                let other = open & (steps.simd_lt(1.0) | steps.simd_gt(1.0));
+                if other.any_true() {
+                    alpha_of_part = shorter(simd, alpha_of_part, steps);
                     let share = alpha_of_part / alpha.max(1e-30);
                     color = [r * share, g * share, b * share];
                 }
@@ -449,7 +450,13 @@ fn opacity<S: Simd>(simd: S, depth: S::f32s) -> S::f32s {
 pub(super) fn wanted(kernel: &Kernel) -> bool {
     let s = kernel.scene.settings();
     let gradient = kernel.shading.is_some() && s.gradient != Gradient::Central;
-    s.pre_integration || s.adaptive_threshold.is_some() || s.sampling == Sampling::Object || gradient
+    // Steps of other lengths than the tables'.
+    let uneven = kernel.scene.voxels_per_step().is_some();
+    s.pre_integration
+        || s.adaptive_threshold.is_some()
+        || s.sampling == Sampling::Object
+        || gradient
+        || uneven
 }
 
 #[cfg(test)]

@@ -67,7 +67,7 @@ pub(crate) struct FrameUniforms {
     pub(crate) per_block_edge: f32,
     pub(crate) per_coarse_edge: f32,
     pub(crate) per_voxels: [f32; 3],
-    pub(crate) reserved: u32,
+    pub(crate) voxels_per_step: f32,
 }
 
 impl FrameUniforms {
@@ -146,6 +146,7 @@ impl FrameUniforms {
     fn set_sampling(&mut self, scene: &Scene) {
         let settings = scene.settings();
         self.step_length = scene.step_length() as f32;
+        self.voxels_per_step = scene.voxels_per_step().unwrap_or(0.0) as f32;
         // Of an image in f32, what is less cannot be seen.
         self.opaque_below = (1.0 - settings.early_termination).max(1e-7) as f32;
         self.adaptive_threshold = settings.adaptive_threshold.unwrap_or(1.0) as f32;

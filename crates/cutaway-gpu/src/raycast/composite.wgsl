@@ -6,7 +6,7 @@ import package::shared::classification::{classified, opacity_of};
 import package::shared::face::{Face, impregnated};
 import package::shared::frame::frame;
 import package::shared::lighting::{SHADED, Terms, UNLIT, lit, terms_of_gradient};
-import package::shared::ray::{Ray, position};
+import package::shared::ray::{Ray, position, step_along};
 import package::shared::volume::{gradient_at, value_at};
 
 // What lies behind takes over from T to T * (1 - alpha); depth is where opacity passes one half.
@@ -24,7 +24,7 @@ fn absorb(pixel: ptr<function, Pixel>, color: vec3f, optical_depth: f32, t: f32,
 
 // The segment from t_near to t_far, behind what the pixel has gathered.
 fn composite(pixel: ptr<function, Pixel>, ray: Ray, face: Face, t_near: f32, t_far: f32) {
-    let step = frame.step_length;
+    let step = step_along(ray);
     let steps = i32(ceil((t_far - t_near) / step));
     var i = 0;
     while i < steps {

@@ -5,7 +5,7 @@ import package::shared::block_ranges::stretch_at;
 import package::shared::blocks::SKIP_BLOCKS;
 import package::shared::classification::classified;
 import package::shared::frame::frame;
-import package::shared::ray::{Ray, position};
+import package::shared::ray::{Ray, position, step_along};
 import package::shared::volume::value_at;
 
 // What is left to classify.
@@ -31,7 +31,7 @@ fn project(
     t_near: f32,
     t_far: f32,
 ) {
-    let step = frame.step_length;
+    let step = step_along(ray);
     let steps = i32(ceil((t_far - t_near) / step));
     let along = abs(ray.direction);
     let fine = frame.block_edge >= STEPS_A_LOOK * step * max(along.x, max(along.y, along.z));
@@ -88,7 +88,7 @@ fn close_in(
     t_near: f32,
     t_far: f32,
 ) {
-    var reach = 0.5 * frame.step_length;
+    var reach = 0.5 * step_along(ray);
     for (var halving = 0; halving < 4; halving += 1) {
         let middle = (*projected).t;
         for (var side = -1.0; side < 2.0; side += 2.0) {

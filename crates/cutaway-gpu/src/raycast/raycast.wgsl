@@ -11,7 +11,7 @@ import package::shared::blocks::visible_range;
 import package::shared::face::{Face, face_of};
 import package::shared::frame::frame;
 import package::shared::lighting::{UNLIT, lit};
-import package::shared::ray::{NO_DEPTH, Ray, box_range, ray_of};
+import package::shared::ray::{NO_DEPTH, Ray, box_range, ray_of, step_along};
 import package::shared::segments::{CLIPPED, Segment, segment, segment_count};
 
 // 0 composite, 1 isosurfaces, 2 maximum, 3 minimum, 4 mean.
@@ -102,7 +102,7 @@ fn cast_ray(pixel: ptr<function, Pixel>, ray: Ray, place: vec2u, range: vec2f) {
 // Steps of a segment, whether they will be taken or not; isosurfaces have none.
 fn count_steps(pixel: ptr<function, Pixel>, ray: Ray, t_near: f32, t_far: f32) {
     if MODE != 1u && t_near < t_far {
-        var steps = i32(ceil((t_far - t_near) / frame.step_length));
+        var steps = i32(ceil((t_far - t_near) / step_along(ray)));
         if MODE == 0u && STEPPING != 0u {
             steps = steps_of(ray, t_near, t_far).count;
         }

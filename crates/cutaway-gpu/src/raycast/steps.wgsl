@@ -8,7 +8,7 @@
 //   on it; the first and the last are cut short by the segment (Termeer 4.1.1).
 
 import package::shared::frame::frame;
-import package::shared::ray::Ray;
+import package::shared::ray::{Ray, step_along};
 
 // The tile of blue noise, one byte a pixel.
 @group(2) @binding(2) var noise: texture_2d<f32>;
@@ -47,7 +47,7 @@ struct Step {
 }
 
 fn steps_of(ray: Ray, t_near: f32, t_far: f32) -> Steps {
-    var steps = Steps(t_near, frame.step_length, second_share, t_near, t_far, 0);
+    var steps = Steps(t_near, step_along(ray), second_share, t_near, t_far, 0);
     if ON_PLANES {
         let along = abs(ray.direction);
         var point = ray.point.z;

@@ -4,7 +4,7 @@
 struct Frame {
     // Point of a pixel's ray near the middle of the volume, in voxel space.
     point_first: vec3f,
-    // Distance of samples along a ray, in world units.
+    // World length of the step that tables are made for; where `voxels_per_step` is 0, of every step.
     step_length: f32,
     point_per_x: vec3f,
     // World distance from a ray's origin to its point, where rays are parallel.
@@ -82,7 +82,8 @@ struct Frame {
     per_coarse_edge: f32,
     // One over the volume's voxels along each axis.
     per_voxels: vec3f,
-    reserved: u32,
+    // Voxels along the ray from sample to sample, where spacings differ; 0 where they are equal.
+    voxels_per_step: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -36,6 +36,14 @@ fn ray_of(pixel: vec2f) -> Ray {
     return Ray(point, direction, direction_in_world, base, inverse, never);
 }
 
+// World length of a step along a ray.
+fn step_along(ray: Ray) -> f32 {
+    if frame.voxels_per_step == 0.0 {
+        return frame.step_length;
+    }
+    return frame.voxels_per_step / length(ray.direction);
+}
+
 fn position(ray: Ray, t: f32) -> vec3f {
     return ray.point + t * ray.direction;
 }

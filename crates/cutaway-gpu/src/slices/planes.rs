@@ -6,7 +6,8 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use cutaway_core::glam::{DMat4, DVec3};
+use cutaway_core::camera::{PixelPlane, RayGenerator};
+use cutaway_core::glam::{DAffine3, DMat4, DVec3};
 use cutaway_core::scene::Scene;
 
 use super::intersection::sequence;
@@ -82,6 +83,22 @@ pub(super) struct Planes {
     pixels: f64,
 }
 
+/// The most voxels that a ray of an image passes per unit of depth: a norm, so that it is greatest at a corner.
+fn most_voxels(
+    rays: &RayGenerator,
+    points: &PixelPlane,
+    depth: f64,
+    size: [u32; 2],
+    voxel_from_world: &DAffine3,
+) -> f64 {
+    let per_depth = |point: DVec3| match rays.eye() {
+        Some(eye) => (point - eye) / depth,
+        None => rays.axes().forward,
+    };
+    let corners = [0, size[0]].into_iter().flat_map(|x| [0, size[1]].map(|y| points.at(x, y)));
+    corners.map(|p| voxel_from_world.transform_vector3(per_depth(p)).length()).fold(0.0, f64::max)
+}
+
 impl Planes {
     pub(super) fn new(scene: &Scene, size: [u32; 2]) -> Result<Self, GpuError> {
         let volume = scene.volume();
@@ -98,7 +115,11 @@ impl Planes {
             None => voxel_from_world.transform_vector3(forward).abs(),
         });
         let most = most.fold(DVec3::ZERO, DVec3::max);
-        let spacing = scene.step_length();
+        let spacing = match scene.voxels_per_step() {
+            None => scene.step_length(),
+            // Planes are as far apart for all rays: as near as the ray needs that crosses voxels fastest.
+            Some(voxels) => voxels / most_voxels(&rays, &points, depth, size, &voxel_from_world),
+        };
         let extent = volume.extent();
         let depths = volume.corners_in_world().map(|corner| rays.depth_of(corner));
         let [nearest, farthest] =

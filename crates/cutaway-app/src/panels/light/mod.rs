@@ -189,7 +189,7 @@ fn curve(ui: &mut Ui, l: &mut Lighting) {
 
 fn sampling(ui: &mut Ui, document: &mut Document) {
     let mut s = document.state().settings.clone();
-    let hint = "In units of the smallest voxel spacing";
+    let hint = "In voxels along the ray. Smaller is more accurate and slower.";
     ui.add(Slider::new(&mut s.step, 0.05..=4.0).text("Step").logarithmic(true).max_decimals(3))
         .on_hover_text(hint);
     let hint = "A step stands for the integral between its ends instead of the value in its middle";
