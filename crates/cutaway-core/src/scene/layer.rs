@@ -2,7 +2,7 @@
 
 use super::checks::{SceneError, setting, validate_lighting};
 use super::data::Data;
-use super::default_unit_distance;
+use super::defaults::default_unit_distance;
 use crate::lighting::Lighting;
 use crate::transfer_function::TransferFunction;
 

@@ -5,24 +5,24 @@
 mod checks;
 mod choices;
 mod data;
+mod defaults;
 mod layer;
 mod normal;
 mod settings;
-
-use glam::DVec3;
+mod space;
 
 pub(crate) use checks::setting;
 pub use checks::{MAX_RESOLUTION, SceneError};
 pub use choices::{Engine, Gradient, ImageInterpolation, Layout, Mode, Sampling, SpaceSkipping};
 pub use data::Data;
+pub use defaults::{default_camera, default_unit_distance};
 pub use layer::Layer;
-pub use normal::SceneSpace;
 pub use settings::RenderSettings;
+pub use space::SceneSpace;
 
 use crate::camera::Camera;
 use crate::clip::{Clip, ClipShading, FlatClip, Impregnation, ObjectId, Pose, SegmentLimit};
 use crate::lighting::Lighting;
-use crate::space::WorldFrame;
 use crate::transfer_function::TransferFunction;
 use crate::volume::Volume;
 use checks::validate_settings;
@@ -192,18 +192,4 @@ impl Scene {
     pub fn is_shaded(&self) -> bool {
         self.lighting().shade && matches!(self.settings.mode, Mode::Composite | Mode::Iso)
     }
-}
-/// The unit distance that a scene has unless it says otherwise: the mean voxel spacing, in world units.
-pub fn default_unit_distance(volume: &Volume) -> f64 {
-    volume.spacing().element_sum() / 3.0
-}
-
-/// The view of a volume that nobody asked for another one of: all of it, from the front, a little from the side and
-/// from above. Front is the patient's where the file tells, else the side of small y. `aspect`: width / height.
-pub fn default_camera(volume: &Volume, aspect: f64) -> Camera {
-    let forward = match volume.geometry().frame {
-        WorldFrame::Ras => DVec3::new(0.42, -0.85, -0.25),
-        WorldFrame::Unknown => DVec3::new(0.42, 0.85, -0.3),
-    };
-    Camera::framing(&volume.corners_in_world(), forward, DVec3::Z, aspect, 1.05)
 }

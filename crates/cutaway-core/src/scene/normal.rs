@@ -8,75 +8,17 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
-
+use super::space::{ORDINARY_EXPONENT, SceneSpace};
 use super::{Data, Layer, RenderSettings, Scene};
-use crate::camera::Camera;
+
 use crate::transfer_function::{ControlPoint, TransferFunction};
 use crate::volume::{Rescale, Volume};
-
-/// The smallest spacing and the slope of values may have binary exponents of minus this to this.
-const ORDINARY_EXPONENT: f64 = 16.0;
-
-/// The volume may be so many of its diagonals away from the origin.
-const ORDINARY_DISTANCE: f64 = 4096.0;
 
 /// Values that are at most so many times as far from zero as they vary keep their digits in f64.
 const ORDINARY_OFFSET: f64 = (1u64 << 24) as f64;
 
 /// No point of a transfer function is further away than this, in stored numbers; what is further away looks the same.
 const FARTHEST_VALUE: f64 = 1e300;
-
-/// Where a scene's coordinates are in the world: `world = unit * scene + origin`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SceneSpace {
-    /// World units of one unit of length of the scene; a power of two.
-    pub unit: f64,
-    /// World position of the scene's origin.
-    pub origin: DVec3,
-}
-
-impl SceneSpace {
-    /// The world itself.
-    pub const WORLD: Self = Self { unit: 1.0, origin: DVec3::ZERO };
-
-    fn of(volume: &Volume) -> Self {
-        let exponent = volume.spacing().min_element().log2().floor();
-        let unit = if exponent.abs() > ORDINARY_EXPONENT { exponent.exp2() } else { 1.0 };
-        let corners = volume.corners_in_world().map(|p| p / unit);
-        let center = volume.center_in_world();
-        let diagonal = corners[0].distance(corners[7]);
-        let far = (center / unit).length() > ORDINARY_DISTANCE * diagonal;
-        Self { unit, origin: if far { center } else { DVec3::ZERO } }
-    }
-
-    /// From positions in the world to positions in the scene.
-    pub fn scene_from_world(&self) -> DAffine3 {
-        let translation = -self.origin / self.unit;
-        DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(self.unit.recip())), translation }
-    }
-
-    fn point(&self, p: [f64; 3]) -> [f64; 3] {
-        ((DVec3::from_array(p) - self.origin) / self.unit).to_array()
-    }
-
-    fn camera(&self, camera: &Camera) -> Camera {
-        Camera {
-            position: self.point(camera.position),
-            focal_point: self.point(camera.focal_point),
-            orthographic: camera.orthographic.map(|half| half / self.unit),
-            ..camera.clone()
-        }
-    }
-
-    fn affine(&self, world_from_voxel: &DAffine3) -> DAffine3 {
-        let m = world_from_voxel.matrix3;
-        DAffine3 {
-            matrix3: DMat3::from_cols(m.x_axis / self.unit, m.y_axis / self.unit, m.z_axis / self.unit),
-            translation: (world_from_voxel.translation - self.origin) / self.unit,
-        }
-    }
-}
 
 /// Whether values are to be replaced by stored numbers.
 fn has_extreme_values(volume: &Volume) -> bool {

@@ -4,7 +4,6 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::error::MeshReadError;
-use super::space::{self, Stated};
 use super::stl;
 use crate::text;
 use crate::volume::error::{quoted, shown_name};
@@ -80,14 +79,8 @@ pub fn identify(path: &Path) -> Result<MeshFormat, MeshReadError> {
     Ok(examine(path)?.0)
 }
 
-/// True if the file at `path` says that its coordinates are along RAS or LPS axes.
-pub fn states_its_space(path: &Path) -> bool {
-    let stated = examine(path).map(|(format, head)| space::stated(format, &head));
-    matches!(stated, Ok(Stated::Ras | Stated::Lps))
-}
-
 /// The format of the file at `path`, and its first bytes.
-fn examine(path: &Path) -> Result<(MeshFormat, Vec<u8>), MeshReadError> {
+pub(super) fn examine(path: &Path) -> Result<(MeshFormat, Vec<u8>), MeshReadError> {
     let file = shown_name(&path.to_string_lossy());
     let source = open_file(path);
     let mut source = source.map_err(|error| MeshReadError::Open { file: file.clone(), error, hint: "" })?;

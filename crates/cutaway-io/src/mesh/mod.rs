@@ -45,8 +45,8 @@ use std::path::Path;
 use cutaway_mesh::TriangleMesh;
 
 pub use error::MeshReadError;
-pub use format::{MeshFormat, UnknownMeshFormat, identify, recognize, states_its_space};
-pub use space::MeshSpace;
+pub use format::{MeshFormat, UnknownMeshFormat, identify, recognize};
+pub use space::{MeshSpace, states_its_space};
 pub use write::{MeshWriteError, WrittenSpace, encode_mesh, rounding, write_mesh};
 
 use crate::limits::Limits;

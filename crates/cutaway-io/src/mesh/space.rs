@@ -4,9 +4,11 @@
 //! name of the solid of STL, in a comment at the top of OBJ, in a `comment` line of PLY. Volumes are in RAS here (x to the
 //! right, y to the front), and so are meshes: <https://www.slicer.org/wiki/Coordinate_systems>.
 
+use std::path::Path;
+
 use cutaway_mesh::TriangleMesh;
 
-use super::MeshFormat;
+use super::format::{MeshFormat, examine};
 use super::input::{shown, words};
 use super::stl;
 use crate::text;
@@ -126,6 +128,12 @@ pub(super) fn into_ras(
             (mesh, notice)
         }
     }
+}
+
+/// True if the file at `path` says that its coordinates are along RAS or LPS axes.
+pub fn states_its_space(path: &Path) -> bool {
+    let stated = examine(path).map(|(format, head)| stated(format, &head));
+    matches!(stated, Ok(Stated::Ras | Stated::Lps))
 }
 
 #[cfg(test)]
