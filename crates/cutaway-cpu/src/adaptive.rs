@@ -28,7 +28,8 @@
 use rayon::prelude::*;
 
 use crate::cast::Kernel;
-use crate::lattice::{DepthFill, Lattice, Mask, blended_depth, mix};
+use crate::lattice::{DepthFill, Lattice, blended_depth, mix};
+use crate::mask::Mask;
 use crate::rays::Frame;
 use crate::tiles::{Raster, TILE, Tile};
 

@@ -13,7 +13,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, SimdBase};
 use rayon::prelude::*;
 
-use crate::renderer::CpuVolume;
+use crate::prepared::CpuVolume;
 
 /// What there is to see in a block, as bits; of several blocks together, either's.
 pub(crate) mod cast_piece {

@@ -24,8 +24,10 @@ use cutaway_core::scene::Scene;
 use crate::cast::Kernel;
 use crate::classification::Classification;
 use crate::lattice::{DepthFill, Lattice};
+use crate::prepared::CpuVolume;
 use crate::rays::Frame;
-use crate::renderer::{CpuRenderer, CpuVolume, Statistics};
+use crate::renderer::CpuRenderer;
+use crate::statistics::Statistics;
 use crate::tiles::{Raster, TILE, Tally, Tile, morton_tiles};
 
 /// The share of a budget that a lattice is chosen to take: rays of another lattice may cost more.

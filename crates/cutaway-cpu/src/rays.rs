@@ -9,7 +9,7 @@ use cutaway_core::glam::DVec3;
 use cutaway_core::scene::{Mode, Sampling, Scene};
 use cutaway_core::volume::Volume;
 
-use crate::lattice::Mask;
+use crate::mask::Mask;
 
 /// What all rays of a frame share.
 pub(crate) struct Frame<'a> {

@@ -1,108 +1,24 @@
 //! The renderer: threads, tiles and statistics around the kernels.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cutaway_core::image::Image;
 use cutaway_core::scene::{ImageInterpolation, Scene};
-use cutaway_core::value_ranges::{BLOCK, BlockGrid, ValueRanges};
-use cutaway_core::volume::{Volume, Voxels};
+use cutaway_core::volume::Volume;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
 use crate::adaptive::{self, Cells, SPACING};
-use crate::bricks;
 use crate::cast::{self, Kernel};
 use crate::classification::Classification;
+use crate::error::CpuError;
 use crate::lattice::{DepthFill, Lattice};
-use crate::normals;
+use crate::prepared::CpuVolume;
 use crate::rays::Frame;
-use crate::simd::{SimdChoice, UnsupportedSimd, level_name};
+use crate::simd::{SimdChoice, level_name};
+use crate::statistics::Statistics;
+use crate::threads::STACK;
 use crate::tiles::{Raster, Scratch, TILE, Tally, Tile, morton_tiles};
-
-/// Why the engine cannot start or render.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CpuError {
-    /// The processor lacks the instructions that were asked for.
-    #[error(transparent)]
-    Simd(#[from] UnsupportedSimd),
-    /// The threads could not be started.
-    #[error("could not start {threads} threads: {reason}")]
-    Threads {
-        /// How many were asked for (0: one a core).
-        threads: usize,
-        /// What the system said.
-        reason: String,
-    },
-    /// More voxels than 32-bit indices address.
-    #[error("the volume has {voxels} voxels; the cpu engine addresses at most 4294967295")]
-    TooLarge {
-        /// Voxels of the volume.
-        voxels: usize,
-    },
-}
-
-/// A volume made ready: its value ranges. The voxels are used where they are.
-///
-/// What only some settings need (bricks, normals) is made when a scene first asks for it, and kept.
-#[derive(Debug)]
-pub struct CpuVolume {
-    ranges: ValueRanges,
-    /// Least and greatest stored number in blocks of half the edge.
-    halves: BlockGrid<[f32; 2]>,
-    bricks: OnceLock<Option<Voxels>>,
-    normals: OnceLock<Vec<u32>>,
-}
-
-impl CpuVolume {
-    /// Value ranges of the volume's blocks.
-    pub fn ranges(&self) -> &ValueRanges {
-        &self.ranges
-    }
-
-    /// Least and greatest stored number in blocks of [`BLOCK`] / 2 cells a side.
-    pub(crate) fn halves(&self) -> &BlockGrid<[f32; 2]> {
-        &self.halves
-    }
-
-    /// The voxels in bricks; none where those would be too many to address.
-    pub(crate) fn bricks(&self, volume: &Volume) -> Option<&Voxels> {
-        self.bricks.get_or_init(|| bricks::bricked(volume)).as_ref()
-    }
-
-    /// Directions of the gradient, one word a voxel.
-    pub(crate) fn normals(&self, volume: &Volume) -> &[u32] {
-        self.normals.get_or_init(|| normals::normals(volume))
-    }
-
-    /// Bytes that settings have added to the volume's own: bricks and normals.
-    pub fn added_bytes(&self) -> usize {
-        let bricks = self.bricks.get().and_then(Option::as_ref).map_or(0, bricks::bytes);
-        bricks + self.normals.get().map_or(0, |n| size_of_val(n.as_slice()))
-    }
-}
-
-/// What a frame took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
-    /// Rays that were cast and met the volume.
-    pub rays: u64,
-    /// Samples of the field that were taken; cells looked at, for isosurfaces.
-    pub samples: u64,
-    /// Stretches of occupied blocks: along packets of rays, or along single rays for isosurfaces.
-    pub segments: u64,
-    /// Lines through clip objects whose events did not balance and were repaired.
-    pub repaired: u64,
-    /// The share of samples within the volume that were not taken: empty, or behind opaque ones; 0..=1. Isosurfaces have no
-    /// samples to skip: 0.
-    pub skipped_fraction: f64,
-}
-
-/// Bytes of stack of each thread that runs kernels. The compiler inlines the kernels into a few large functions. Without
-/// optimisation, as in a plain `cargo run` of another project, their frames need between 4 and 8 MiB, and the usual 2 MiB
-/// overflow. The system provides only the pages that are used.
-pub(crate) const STACK: usize = 32 << 20;
 
 /// Threads and an instruction set.
 #[derive(Debug)]
@@ -140,11 +56,7 @@ impl CpuRenderer {
         if u32::try_from(voxels).is_err() {
             return Err(CpuError::TooLarge { voxels });
         }
-        let (ranges, halves) = self.pool.install(|| {
-            let halves = BlockGrid::of_values(volume, BLOCK / 2);
-            (ValueRanges::from_halves(&halves), halves)
-        });
-        Ok(CpuVolume { ranges, halves, bricks: OnceLock::new(), normals: OnceLock::new() })
+        Ok(self.pool.install(|| CpuVolume::new(volume)))
     }
 
     /// Classifies a prepared volume; see [`Classification`].

@@ -7,7 +7,7 @@ use std::sync::{LockResult, Mutex, MutexGuard, PoisonError};
 
 use cutaway_core::image::Image;
 
-use crate::renderer::Statistics;
+use crate::statistics::Statistics;
 
 /// Edge of a tile in pixels; a multiple of a bundle's.
 pub(crate) const TILE: u32 = 32;

@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use super::{Kernel, Place, count_rays, pixel_of_lane};
+use super::kernel::{Kernel, PacketLight, Place, count_rays, pixel_of_lane};
 use crate::bundle::{BUNDLE, Bundle, Member, Stretch};
 use crate::classification::cast_piece;
 use crate::packet::Packet;
@@ -273,7 +273,7 @@ pub(super) fn lit_by<S: Simd>([r, g, b]: [S::f32s; 3], lit: Option<(S::f32s, S::
 struct Cast<'a, S: Simd, T> {
     caster: &'a Caster<'a, T>,
     packet: &'a Packet<S>,
-    light: Option<super::PacketLight<'a, S>>,
+    light: Option<PacketLight<'a, S>>,
 }
 
 impl<S: Simd, T: LaneVoxel> Cast<'_, S, T> {

@@ -14,7 +14,7 @@ use cutaway_core::segment::Segment;
 use cutaway_core::volume::{Rescale, Volume};
 use cutaway_core::with_voxels;
 
-use super::Kernel;
+use super::kernel::Kernel;
 use crate::clipping::{Face, Kept, TileClip};
 use crate::rays::Frame;
 use crate::tiles::{TILE, Tile};

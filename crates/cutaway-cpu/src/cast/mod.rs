@@ -3,68 +3,28 @@
 //! [`composite`] accumulates colour and opacity, [`projection`] keeps the maximum, minimum or mean, [`isosurface`]
 //! finds exact crossings. The first two take a packet at a time, the last a ray; each writes its pixels into a tile.
 
-pub(crate) mod ceiling;
 mod composite;
 mod isosurface;
+mod kernel;
 mod projection;
 mod refined;
 mod shading;
 
-use cutaway_core::scene::{Layout, Mode, Scene};
-use cutaway_core::volume::Voxels;
+use cutaway_core::scene::Mode;
 use cutaway_core::with_voxels;
-use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd};
 
 use crate::bundle::{BUNDLE, Bundle};
-use crate::classification::Classification;
-use crate::clipping::{ClipFrame, TileClip};
-use crate::packet::{Packet, packet_shape};
+use crate::clipping::TileClip;
 use crate::rays::Frame;
-use crate::renderer::CpuVolume;
 use crate::sample::{Grid, LaneVoxel};
 use crate::simd::{LaneWork, dispatch};
 use crate::tiles::{TILE, Tile};
 use composite::{Caster, StretchCaster};
+pub(crate) use kernel::Kernel;
+use kernel::Place;
 use refined::Refined;
 pub(crate) use shading::Shading;
-
-/// Everything that the kernels need of a scene.
-pub(crate) struct Kernel<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) volume: &'a CpuVolume,
-    pub(crate) classification: &'a Classification,
-    /// Light, where the scene is shaded.
-    shading: Option<Shading>,
-    /// Transmittance below which a ray ends.
-    opaque_below: f32,
-    /// What is kept of rays, where the scene is clipped.
-    clip: Option<ClipFrame<'a>>,
-    /// The voxels in bricks, where the scene asks for them.
-    bricks: Option<&'a Voxels>,
-}
-
-impl<'a> Kernel<'a> {
-    pub(crate) fn new(volume: &'a CpuVolume, classification: &'a Classification, scene: &'a Scene) -> Self {
-        let shading = scene.is_shaded().then(|| Shading::new(scene));
-        let opaque_below = (1.0 - scene.settings().early_termination) as f32;
-        let bricks = match scene.settings().layout {
-            Layout::Linear => None,
-            Layout::Bricks => volume.bricks(scene.volume()),
-        };
-        Self { scene, volume, classification, shading, opaque_below, clip: ClipFrame::new(scene), bricks }
-    }
-
-    /// The light of a packet, where the scene is shaded.
-    #[inline(always)]
-    fn light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> Option<PacketLight<'_, S>> {
-        let shading = self.shading.as_ref()?;
-        Some((shading, shading.packet_light(simd, packet)))
-    }
-}
-
-/// A scene's light, and what of it a packet sees.
-type PacketLight<'a, S> = (&'a Shading, shading::PacketLight<S>);
 
 /// Casts a tile that nothing was cast into so far.
 pub(crate) fn tile(level: Level, kernel: &Kernel, frame: &Frame, tile: &mut Tile) {
@@ -120,13 +80,6 @@ impl<T: LaneVoxel> LaneWork for TileBundles<'_, T> {
     }
 }
 
-/// A bundle's place in the frame, and what is kept of the tile's rays.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    at: (u32, u32),
-    clip: Option<&'a TileClip>,
-}
-
 #[inline(always)]
 fn composites<S: Simd>(
     simd: S,
@@ -142,25 +95,4 @@ fn composites<S: Simd>(
         let at = (tile.x + x, tile.y + y);
         composite::bundle(simd, kernel, frame, caster, &mut bundle, Place { at, clip }, tile);
     }
-}
-
-/// Counts the rays of a bundle, if these are not further pieces of rays that were counted, and their samples.
-#[inline(always)]
-fn count_rays<S: Simd, T>(bundle: &Bundle<S, T>, tile: &mut Tile, first: bool) {
-    for member in &bundle.members {
-        let packet = &member.packet;
-        if first {
-            tile.rays += u64::from(packet.hits().to_bitmask().count_ones());
-        }
-        let samples = (packet.end - packet.first).ceil();
-        tile.samples_without_skipping += samples.as_slice().iter().sum::<f32>() as u64;
-    }
-}
-
-/// The index in a tile of lane `l` of a packet whose first pixel in the image is `(x, y)`.
-#[inline(always)]
-fn pixel_of_lane<S: Simd>(tile: &Tile, (x, y): (u32, u32), l: usize) -> usize {
-    let (width, height) = packet_shape(Packet::<S>::LANES);
-    let first = ((y - tile.y) * TILE + x - tile.x) as usize;
-    first + l % width as usize + (l / width as usize % height as usize) * TILE as usize
 }

@@ -4,7 +4,7 @@ use cutaway_core::scene::{Mode, SpaceSkipping};
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase};
 
-use super::{Kernel, Place, count_rays, pixel_of_lane};
+use super::kernel::{Kernel, Place, count_rays, pixel_of_lane};
 use crate::bundle::{BUNDLE, Bundle, Member, Stretch};
 use crate::packet::Packet;
 use crate::rays::Frame;

@@ -12,8 +12,8 @@ use cutaway_core::scene::{Gradient, Sampling};
 use fearless_simd::prelude::*;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use super::Kernel;
 use super::composite::{Accumulated, StretchCaster, composite, composite_premultiplied, lit_by, shorter};
+use super::kernel::{Kernel, PacketLight};
 use super::shading::Terms;
 use crate::bundle::Stretch;
 use crate::packet::Packet;
@@ -71,7 +71,7 @@ struct End<S: Simd> {
 struct Cast<'a, S: Simd, T> {
     caster: &'a Refined<'a, T>,
     packet: &'a Packet<S>,
-    light: Option<super::PacketLight<'a, S>>,
+    light: Option<PacketLight<'a, S>>,
     plane: Option<OnPlane>,
 }
 

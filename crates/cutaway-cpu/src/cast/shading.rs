@@ -33,7 +33,7 @@ pub(crate) struct Shading {
 }
 
 /// The light of one packet: what the gradient is multiplied with to give `|gradient| n·l` and `|gradient| n·h`, per lane.
-pub(super) struct PacketLight<S: Simd> {
+pub(crate) struct PacketLight<S: Simd> {
     l: [S::f32s; 3],
     h: [S::f32s; 3],
     /// Whether `h` equals `l`: a headlight.
@@ -68,7 +68,7 @@ impl Shading {
     }
 
     #[inline(always)]
-    pub(super) fn packet_light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> PacketLight<S> {
+    pub(crate) fn packet_light<S: Simd>(&self, simd: S, packet: &Packet<S>) -> PacketLight<S> {
         // Strides of the scene's steps, whatever steps this packet takes.
         let scale = S::f32s::splat(simd, 1.0) / packet.opacity_scale;
         let stride = [packet.stride[0] * scale, packet.stride[1] * scale, packet.stride[2] * scale];
@@ -92,7 +92,7 @@ impl Shading {
 
     /// The factor of the colour and the white that is added, from the sampler's gradient.
     #[inline(always)]
-    pub(super) fn terms<S: Simd>(
+    pub(crate) fn terms<S: Simd>(
         &self,
         simd: S,
         light: &PacketLight<S>,

@@ -8,11 +8,43 @@ use cutaway_core::glam::{DVec3, Vec3};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, SimdBase};
 
-use super::Shading;
+use crate::cast::Shading;
 use crate::packet::{Bounds, Packet, packet_shape, pixels_of_lanes};
-use crate::roofline::Work;
 use crate::sample::{Grid, LaneVoxel};
 use crate::simd::{LaneSource, LaneWork};
+
+/// What is done at each sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Work {
+    /// The trilinear value alone.
+    Sample,
+    /// The value, its colour and opacity, and compositing.
+    Composite,
+    /// The same with a gradient and Blinn-Phong light.
+    Shade,
+}
+
+impl Work {
+    /// All of it, the least first.
+    pub const ALL: [Self; 3] = [Self::Sample, Self::Composite, Self::Shade];
+
+    /// A name for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sample => "sample",
+            Self::Composite => "composite",
+            Self::Shade => "shade",
+        }
+    }
+}
+
+/// Directions of view and what is up in them: along the rows of voxels, across all rows, and between. The first two are a
+/// little oblique, as any view of a user is.
+pub(crate) const VIEWS: [([f64; 3], [f64; 3]); 3] = [
+    ([1.0, 0.02, 0.03], [0.0, 0.0, 1.0]),
+    ([0.02, 0.03, 1.0], [0.0, 1.0, 0.0]),
+    ([0.6, 0.5, 0.62], [0.0, 0.0, 1.0]),
+];
 
 /// Edge of a tile in pixels; a multiple of every packet's shape.
 pub(crate) const TILE: u32 = 16;

@@ -8,6 +8,8 @@
 //! It is the ceiling of these kernels, not of the silicon: a better kernel lifts it. And frames may pass it where it
 //! does not apply: samples with nothing to see need no colour and no light.
 
+mod kernel;
+
 use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -20,43 +22,12 @@ use cutaway_core::with_voxels;
 use rayon::prelude::*;
 
 use crate::cast::Shading;
-use crate::cast::ceiling::{CeilingTile, Done, Looks, TILE, View};
-use crate::renderer::{CpuError, STACK};
+use crate::error::CpuError;
 use crate::sample::Grid;
 use crate::simd::{SimdChoice, dispatch};
-
-/// What is done at each sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Work {
-    /// The trilinear value alone.
-    Sample,
-    /// The value, its colour and opacity, and compositing.
-    Composite,
-    /// The same with a gradient and Blinn-Phong light.
-    Shade,
-}
-
-impl Work {
-    /// All of it, the least first.
-    pub const ALL: [Self; 3] = [Self::Sample, Self::Composite, Self::Shade];
-
-    /// A name for reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sample => "sample",
-            Self::Composite => "composite",
-            Self::Shade => "shade",
-        }
-    }
-}
-
-/// Directions of view and what is up in them: along the rows of voxels, across all rows, and between. The first two are a
-/// little oblique, as any view of a user is.
-pub(crate) const VIEWS: [([f64; 3], [f64; 3]); 3] = [
-    ([1.0, 0.02, 0.03], [0.0, 0.0, 1.0]),
-    ([0.02, 0.03, 1.0], [0.0, 1.0, 0.0]),
-    ([0.6, 0.5, 0.62], [0.0, 0.0, 1.0]),
-];
+use crate::threads::STACK;
+pub use kernel::Work;
+use kernel::{CeilingTile, Done, Looks, TILE, VIEWS, View};
 
 /// Entries of the table of colours: 16 KiB.
 const ENTRIES: usize = 1024;
