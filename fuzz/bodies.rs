@@ -86,8 +86,12 @@ pub(crate) fn patches(data: &[u8]) {
 
 /// Unstructured grids: the input is a file of either format.
 pub(crate) fn tetrahedra(data: &[u8]) {
-    let options =
-        TetrahedraReadOptions { limits: Limits { max_bytes: 1 << 20 }, array: None, time_step: None };
+    let options = TetrahedraReadOptions {
+        limits: Limits { max_bytes: 1 << 20 },
+        array: None,
+        time_step: None,
+        ..TetrahedraReadOptions::default()
+    };
     match read_tetrahedra_bytes("a", data, &options) {
         Ok(loaded) => {
             let mesh = loaded.value;

@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn wrong_names_and_numbers_are_errors_of_the_end() {
         let error = |builder: SceneBuilder| builder.build().unwrap_err().to_string();
-        assert!(error(Scene::of(volume()).preset("CT-Bones")).contains("CT-Bones"));
+        assert!(error(Scene::of(volume()).preset("CT-Bonez")).contains("CT-Bonez"));
         assert!(error(Scene::of(volume()).zoom(0.0)).contains("zoom is 0"));
         assert!(error(Scene::of(volume()).resolution(0, 9)).contains("resolution"));
         assert!(error(Scene::of(volume()).turned(f64::NAN, 0.0)).contains("turned"));
