@@ -175,7 +175,7 @@ fn report_b4_a_closed_standard_output_is_an_error() {
 #[test]
 fn report_b4_little_memory_ends_in_a_picture_or_a_line() {
     let folder = tempfile::tempdir().unwrap();
-    let voxels: Vec<u8> = (0..2 * 96 * 96 * 96u32).flat_map(|i| [(i * i >> 7) as u8]).collect();
+    let voxels: Vec<u8> = (0..2 * 96 * 96 * 96u32).flat_map(|i| [(i.wrapping_mul(i) >> 7) as u8]).collect();
     std::fs::write(folder.path().join("v.nrrd"), nrrd([96; 3], "uint16", &voxels)).unwrap();
     let mut failed = 0;
     for options in [

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cutaway_core::space::{WorldFrame, orientation_letters};
-use cutaway_core::volume::Volume;
+use cutaway_core::volume::{NanMeaning, Volume};
 use cutaway_io::tetrahedra::{TetrahedraReadOptions, read_grid};
 use cutaway_io::volume::{ReadOptions, read_volume};
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -71,7 +71,8 @@ fn find(folder: &Path, name: &str) -> PathBuf {
 
 fn check(path: &Path, golden: &Golden) -> Result<(), Failed> {
     let chosen = COMPONENTS.iter().any(|name| path.ends_with(name)).then_some(0);
-    let options = ReadOptions { volume_index: chosen, ..ReadOptions::default() };
+    // As the other reader counts: a voxel without a value has the lowest one.
+    let options = ReadOptions { volume_index: chosen, nan: NanMeaning::Lowest, ..ReadOptions::default() };
     let loaded = read_volume(path, &options)?;
     let volume = loaded.value;
     same("dims", volume.dimensions().to_array(), golden.dims)?;

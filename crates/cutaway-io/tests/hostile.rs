@@ -318,6 +318,9 @@ mod names {
     #[test]
     fn what_is_no_regular_file_is_not_opened() {
         let error = read_volume(Path::new("/dev/zero"), &options()).unwrap_err().to_string();
-        assert_eq!(error, "cannot open /dev/zero: it is not a regular file");
+        assert_eq!(
+            error,
+            "cannot open /dev/zero: it is a device, not a regular file; save its contents to a file and name that file"
+        );
     }
 }

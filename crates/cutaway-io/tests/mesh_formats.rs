@@ -230,8 +230,8 @@ mod gltf {
             (r#""scale":[2,2,2]"#, r#""scale":[1e300,1e300,1e300]"#, "a coordinate is"),
             (
                 r#""bufferView":0,"componentType":5126"#,
-                r#""sparse":{"count":2,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":0}},"componentType":5126"#,
-                "`accessors[0].sparse.indices` is 2 in element 1, expected ascending numbers below the count of 4",
+                r#""sparse":{"count":3,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":0}},"componentType":5126"#,
+                "`accessors[0].sparse.indices` is 1 in element 2, expected ascending numbers below the count of 4",
             ),
             (
                 r#""bufferView":0,"componentType":5126"#,

@@ -62,8 +62,9 @@ fn nothing_is_allocated_for_data_that_are_not_there() {
         let before = PEAK.current_usage();
         let result = read_mesh_bytes(name, &bytes, &MemoryFolder::new(), &options);
         let used = PEAK.peak_usage() - before;
-        let error = result.err().unwrap_or_else(|| panic!("liar {i} ({name}) was read"));
-        assert!(used < ALLOWED, "liar {i} ({name}) took {used} bytes: {error}");
+        assert!(used < ALLOWED, "liar {i} ({name}) took {used} bytes: {result:?}");
+        // A closed binary STL is read whatever its header counts: many writers leave the count wrong.
+        assert!(result.is_err() || name == "a.stl", "liar {i} ({name}) was read");
     }
     bombs_stop_at_the_limit();
     long_faces_stop_at_the_limit();

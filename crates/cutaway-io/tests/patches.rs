@@ -231,8 +231,11 @@ fn errors_in_json_name_field_or_line() {
             changed("3, 3, 3, 3]]", "3, 3, 3, 4]]"),
             "surface 1: entry 15 of patch 0 is point 4; there are 4 points",
         ),
-        (changed("3, 3, 3, 3]]", "3, 3, 3]]"), "invalid length 15, expected an array of length 16"),
-        (changed("3, 3, 3, 3]]", "3, 3, 3, -3]]"), "invalid value: integer `-3`"),
+        (changed("3, 3, 3, 3]]", "3, 3, 3]]"), "found a list of 15, expected a list of 16"),
+        (
+            changed("3, 3, 3, 3]]", "3, 3, 3, -3]]"),
+            "found the number `-3`, expected a whole number of at least 0",
+        ),
         (changed("\"rows\": 3", "\"rows\": 4"), "surface 0: found 6 knots along u, expected 7"),
         (changed("\"rows\": 3, ", ""), "surface 0: `rows` is missing; the kind \"nurbs\" needs it"),
         (changed("\"degree\": [2, 1]", "\"degree\": \"two\""), "expected a degree, or a list of two"),

@@ -25,6 +25,9 @@ const ON_DEVICE: [&str; 3] = ["raycast", "slices", "cells"];
 /// Root mean square error against the reference at the default step: half a voxel, and linear cells, cost this much.
 const TOLERANCE: f64 = 0.02;
 
+/// A test of one engine, by its name.
+type EngineTest = fn(&'static str) -> Result<(), Failed>;
+
 fn layer(data: &Data) -> Layer {
     let lighting = Lighting { shade: true, ..Lighting::default() };
     Layer::new(data, &soft(data.lattice().value_range())).with_lighting(lighting)
@@ -323,7 +326,7 @@ fn the_choice_is_made_in_one_place() -> Result<(), Failed> {
 fn main() {
     let args = Arguments::from_args();
     let no_adapter = !gpus::there_is_an_adapter();
-    let tests: [(&str, fn(&'static str) -> Result<(), Failed>); 4] = [
+    let tests: [(&str, EngineTest); 4] = [
         ("agrees_with_the_reference", agrees_with_the_reference),
         ("keys_are_exact", keys_are_exact),
         ("settings_have_an_effect_or_a_notice", settings_have_an_effect_or_a_notice),

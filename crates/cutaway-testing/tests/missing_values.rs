@@ -9,7 +9,10 @@ use cutaway_testing::engines::cpu;
 use cutaway_testing::missing::{Holes, border, covered, middle, scene};
 use cutaway_testing::tolerances::{STEPPED, assert_close};
 
-fn engines() -> [(&'static str, fn(&Scene) -> Image); 2] {
+/// An engine: its name, and how it renders.
+type Engine = (&'static str, fn(&Scene) -> Image);
+
+fn engines() -> [Engine; 2] {
     [("reference", reference::render), ("cpu", |scene| cpu(scene, SimdChoice::Auto, 0).0)]
 }
 

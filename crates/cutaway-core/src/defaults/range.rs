@@ -69,7 +69,7 @@ fn float_quantiles(voxels: &[f32]) -> [f32; 2] {
 /// A whole number whose order is that of the float; none for one that is not finite.
 fn key(v: f32) -> Option<u32> {
     let bits = v.to_bits();
-    v.is_finite().then(|| if bits >> 31 == 1 { !bits } else { bits | 1 << 31 })
+    v.is_finite().then_some(if bits >> 31 == 1 { !bits } else { bits | 1 << 31 })
 }
 
 fn from_key(key: u32) -> f32 {

@@ -171,11 +171,12 @@ impl Scene {
 
     /// Returns the number of voxels along a ray from sample to sample, where a step is so many of them and its world length
     /// depends on the direction: a step is `1 / |d|` times as long, with `d` the ray's unit direction in voxel space. None
-    /// where all spacings are equal; then every step is [`Self::step_length`] long.
+    /// where all spacings are equal, and with pre-integration, whose table is made for one length; then every step is
+    /// [`Self::step_length`] long.
     pub fn voxels_per_step(&self) -> Option<f64> {
         let spacing = self.volume().spacing();
         let equal = spacing.max_element() <= spacing.min_element() * (1.0 + EQUAL_SPACINGS);
-        (!equal).then_some(self.settings.step)
+        (!equal && !self.settings.pre_integration).then_some(self.settings.step)
     }
 
     /// Returns the world length of a step along the axis of smallest spacing: the step that tables are made for.

@@ -318,7 +318,7 @@ mod tests {
         let Voxels::F32(stored) = volume.voxels() else { panic!("not stored as floats") };
         assert_eq!(stored.as_ptr(), place);
         let replaced = line(vec![1.0f32, f32::NAN, 3.0]);
-        assert_eq!((value(&replaced, 1), replaced.replaced()), (1.0, 1));
+        assert_eq!((value(&replaced, 1), replaced.replaced()), (2.0, 1));
     }
 
     fn value(volume: &Volume, i: usize) -> f64 {

@@ -118,7 +118,7 @@ impl Planes {
         let spacing = match scene.voxels_per_step() {
             None => scene.step_length(),
             // Planes are as far apart for all rays: as near as the ray needs that crosses voxels fastest.
-            Some(voxels) => voxels / most_voxels(&rays, &points, depth, size, &voxel_from_world),
+            Some(voxels) => voxels / most_voxels(&rays, &points, depth, size, voxel_from_world),
         };
         let extent = volume.extent();
         let depths = volume.corners_in_world().map(|corner| rays.depth_of(corner));

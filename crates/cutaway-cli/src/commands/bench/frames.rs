@@ -30,7 +30,7 @@ pub(super) fn measure(
     orbit: Orbit,
     mut first: impl FnMut(&Image) -> anyhow::Result<()>,
 ) -> anyhow::Result<StatisticsFile> {
-    let mut session = Session::new(prepared, args, Verbosity::Normal)?;
+    let mut session = Session::new(prepared, args, Verbosity::Quiet)?;
     let mut times = Vec::new();
     let mut last = (FrameStatistics::default(), 0.0);
     for i in 0..WARM_UP + orbit.frames {
